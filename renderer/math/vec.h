@@ -31,7 +31,9 @@ inline float length(const Vec3& v) { return std::sqrt(dot(v, v)); }
 inline Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
 inline float mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
-inline bool is_finite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+inline bool is_finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 inline bool is_black(const Vec3& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 inline float saturate(float x) { return x < 0 ? 0 : x > 1 ? 1 : x; }
 inline float mix(float a, float b, float t) { return a * (1 - t) + b * t; }
@@ -53,7 +55,8 @@ inline Vec3 normalize(const Vec3& v, const Vec3& otherwise = {0, 0, 1}) {
 }
 
 inline Vec3 transform_point(const Mat4& m, const Vec3& p) {
-  return {m[0].x * p.x + m[1].x * p.y + m[2].x * p.z + m[3].x, m[0].y * p.x + m[1].y * p.y + m[2].y * p.z + m[3].y,
+  return {m[0].x * p.x + m[1].x * p.y + m[2].x * p.z + m[3].x,
+          m[0].y * p.x + m[1].y * p.y + m[2].y * p.z + m[3].y,
           m[0].z * p.x + m[1].z * p.y + m[2].z * p.z + m[3].z};
 }
 inline Vec3 transform_vector(const Mat4& m, const Vec3& v) {
