@@ -1,6 +1,6 @@
-// The film: per pixel, one sum per replicate in double precision, so that 1e8 samples lose nothing, and the variance
-// of the mean follows from the spread of the replicates (low-discrepancy samples inside one replicate are not
-// independent, replicates are).
+// The film: per pixel, one sum per replicate in double precision, so that 1e8 samples lose nothing, and the
+// variance of the mean follows from the spread of the replicates (low-discrepancy samples inside one
+// replicate are not independent, replicates are).
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@ class Film {
   int height() const { return height_; }
   int replicates() const { return replicates_; }
 
-  // Adds one sample. Non-finite or negative radiance is counted in rejected() and left out. Different pixels may be
-  // added to from different threads; one pixel only from one.
+  // Adds one sample. Non-finite or negative radiance is counted in rejected() and left out. Different pixels
+  // may be added to from different threads; one pixel only from one.
   void add(int x, int y, int replicate, const math::Vec3& radiance);
 
   math::Vec3 mean(int x, int y) const;              // of the accepted samples; black if there are none
   math::Vec3 variance_of_mean(int x, int y) const;  // 0 for fewer than two replicates
   math::Vec3 replicate_mean(int x, int y, int replicate) const;
-  std::int64_t samples(int x, int y) const;         // accepted
-  std::int64_t rejected() const;                    // over the whole film
+  std::int64_t samples(int x, int y) const;  // accepted
+  std::int64_t rejected() const;             // over the whole film
   Image mean_image() const;
   Image variance_image() const;
 
@@ -36,8 +36,8 @@ class Film {
   };
   const Cell& cell(int x, int y, int replicate) const;
   int width_, height_, replicates_;
-  std::vector<Cell> cells_;               // (y * width + x) * replicates + replicate
-  std::vector<std::int32_t> rejected_;    // per pixel
+  std::vector<Cell> cells_;             // (y * width + x) * replicates + replicate
+  std::vector<std::int32_t> rejected_;  // per pixel
 };
 
 }  // namespace image

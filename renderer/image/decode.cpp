@@ -1,0 +1,190 @@
+#include "image/decode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "base/error.h"
+#include "image/oiio.h"
+
+namespace image {
+
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+unsigned big_endian(Bytes bytes, std::size_t at, int count) {
+  unsigned value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8 | bytes[at + static_cast<std::size_t>(i)];
+  return value;
+}
+
+void check_size(const std::string& what, std::int64_t width, std::int64_t height, const Limits& limits) {
+  if (width < 1 || height < 1 || width > limits.side || height > limits.side ||
+      width * height > limits.pixels)
+    base::fail(what, ": header: wanted a size of at most ", limits.side, " x ", limits.side, " and ",
+               limits.pixels, " pixels, found ", width, " x ", height);
+}
+
+// Walks the chunks, so that a truncated or lying PNG is known before a decoder or an allocation sees it.
+void check_png(Bytes bytes, const std::string& what, const Limits& limits) {
+  const auto fail_at = [&](std::size_t at, const char* wanted) {
+    base::fail(what, ": byte ", at, ": wanted ", wanted, ", found the end of the PNG data or something else");
+  };
+  constexpr std::size_t first_chunk = 8, header_size = 25;
+  if (bytes.size() < first_chunk + header_size || big_endian(bytes, 8, 4) != 13 ||
+      big_endian(bytes, 12, 4) != 0x49484452)
+    fail_at(first_chunk, "an IHDR chunk");
+  const std::int64_t width = big_endian(bytes, 16, 4), height = big_endian(bytes, 20, 4);
+  check_size(what, width, height, limits);
+
+  std::int64_t compressed = 0;
+  for (std::size_t at = first_chunk;;) {
+    if (bytes.size() - at < 12) fail_at(at, "a chunk");
+    const std::size_t length = big_endian(bytes, at, 4);
+    const unsigned kind = big_endian(bytes, at + 4, 4);
+    if (bytes.size() - at - 12 < length) fail_at(at, "a whole chunk");
+    if (kind == 0x49444154) compressed += static_cast<std::int64_t>(length);  // IDAT
+    if (kind == 0x49454e44) break;                                            // IEND
+    at += 12 + length;
+  }
+  // zlib never compresses better than 1032 to 1.
+  const std::int64_t channels_of[7] = {1, 1, 3, 1, 2, 1, 4};
+  const std::int64_t bits = bytes[24] * channels_of[std::min<int>(bytes[25], 6)];
+  if (width * bits / 8 * height > compressed * 1032 + 1032)
+    base::fail(what, ": wanted data for ", width, " x ", height, " pixels, found only ", compressed,
+               " bytes of it");
+}
+
+// Walks the segments up to the frame header, for the size and the number of components.
+void check_jpeg(Bytes bytes, const std::string& what, const Limits& limits) {
+  for (std::size_t at = 2; at + 9 < bytes.size() && bytes[at] == 0xff;) {
+    const int marker = bytes[at + 1];
+    const bool is_frame =
+        marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+    if (marker == 0xff) {  // fill byte
+      ++at;
+      continue;
+    }
+    if (!is_frame) {
+      at += 2 + big_endian(bytes, at + 2, 2);
+      continue;
+    }
+    check_size(what, big_endian(bytes, at + 7, 2), big_endian(bytes, at + 5, 2), limits);
+    const int components = bytes[at + 9];
+    if (components != 1 && components != 3)
+      base::fail(what, ": wanted a grey or RGB JPEG, found one of ", components, " components",
+                 components == 4 ? " (CMYK)" : "");
+    return;
+  }
+  base::fail(what, ": wanted a JPEG frame header, found none");
+}
+
+// The name of a format that is not read, for the message.
+std::string name_of_format(Bytes bytes) {
+  if (bytes.empty()) return "no data";
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
+                              std::min<std::size_t>(bytes.size(), 16));
+  constexpr std::pair<std::string_view, const char*> known[] = {
+      {"\xabKTX 20", "KTX2"}, {"\xabKTX 11", "KTX"}, {"GIF8", "GIF"},
+      {"BM", "BMP"},          {"DDS ", "DDS"},       {"\x76\x2f\x31\x01", "OpenEXR"},
+      {"#?", "Radiance HDR"}, {"8BPS", "Photoshop"}, {"II*", "TIFF"},
+      {"MM", "TIFF"}};
+  for (const auto& [magic, name] : known)
+    if (head.starts_with(magic)) return name;
+  if (head.starts_with("RIFF") && head.substr(std::min<std::size_t>(head.size(), 8)).starts_with("WEBP"))
+    return "WebP";
+  return "an unknown format";
+}
+
+}  // namespace
+
+Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& what, const Limits& limits) {
+  const Bytes bytes(data, size);
+  constexpr std::uint8_t png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, jpeg[] = {0xff, 0xd8, 0xff};
+  const bool is_png = size >= sizeof png && std::equal(std::begin(png), std::end(png), data);
+  const bool is_jpeg = size >= sizeof jpeg && std::equal(std::begin(jpeg), std::end(jpeg), data);
+  if (!is_png && !is_jpeg) base::fail(what, ": wanted a PNG or JPEG image, found ", name_of_format(bytes));
+  is_png ? check_png(bytes, what, limits) : check_jpeg(bytes, what, limits);
+
+  prepare_oiio();
+  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(data), size);  // only reads
+  OIIO::ImageSpec wishes;
+  wishes.attribute("oiio:UnassociatedAlpha", 1);
+  const auto input = OIIO::ImageInput::open(is_png ? "memory.png" : "memory.jpg", &wishes, &memory);
+  if (!input) base::fail(what, ": cannot decode: ", OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  check_size(what, spec.width, spec.height, limits);
+  if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1)
+    base::fail(what, ": wanted 1 to 4 channels, found ", spec.nchannels);
+
+  // Read some rows at a time in the file's own integers: divided here, every value is the correctly rounded
+  // fraction.
+  Decoded decoded{spec.width, spec.height, spec.nchannels, {}};
+  decoded.texels.reserve(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
+  constexpr int rows = 64;
+  const std::size_t channels = static_cast<std::size_t>(spec.nchannels);
+  const bool deep = spec.format != OIIO::TypeUInt8;
+  const float maximum = deep ? 65535 : 255;
+  std::vector<std::uint16_t> row16;
+  std::vector<std::uint8_t> row8;
+  for (int y = 0; y < spec.height; y += rows) {
+    const int end = std::min(y + rows, spec.height);
+    const std::size_t values =
+        static_cast<std::size_t>(end - y) * static_cast<std::size_t>(spec.width) * channels;
+    deep ? row16.resize(values) : row8.resize(values);
+    if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, deep ? OIIO::TypeUInt16 : OIIO::TypeUInt8,
+                               deep ? static_cast<void*>(row16.data()) : row8.data()))
+      base::fail(what, ": cannot decode rows ", y, " to ", end - 1, ": ", input->geterror());
+    const auto value = [&](std::size_t i) { return static_cast<float>(deep ? row16[i] : row8[i]) / maximum; };
+    for (std::size_t i = 0; i < values; i += channels) {
+      const bool grey = channels <= 2;
+      decoded.texels.push_back({value(i), value(grey ? i : i + 1), value(grey ? i : i + 2),
+                                channels % 2 == 0 ? value(i + channels - 1) : 1});
+    }
+  }
+  if (input->has_error()) base::fail(what, ": cannot decode: ", input->geterror());
+  return decoded;
+}
+
+Image read_environment(const std::string& path, const Limits& limits) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  if (extension != ".exr" && extension != ".hdr")
+    base::fail(path, ": wanted an environment map in .exr or .hdr, found ",
+               extension.empty() ? "no extension" : extension);
+  prepare_oiio();
+  const auto input = OIIO::ImageInput::open(path);
+  if (!input) base::fail(path, ": cannot read: ", OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  check_size(path, spec.width, spec.height, limits);
+  if (spec.deep || spec.depth > 1 || spec.x != spec.full_x || spec.y != spec.full_y ||
+      spec.width != spec.full_width || spec.height != spec.full_height)
+    base::fail(
+        path,
+        ": wanted a flat image whose data fill its window, found deep data or a smaller or larger window");
+  int first = -1;
+  for (int c = 0; c + 2 < spec.nchannels; ++c)
+    if (spec.channel_name(c) == "R" && spec.channel_name(c + 1) == "G" && spec.channel_name(c + 2) == "B")
+      first = c;
+  if (first < 0) base::fail(path, ": wanted channels R, G, B, found others");
+
+  Image image(spec.width, spec.height);
+  static_assert(sizeof(math::Vec3) == 3 * sizeof(float));
+  if (!input->read_image(0, 0, first, first + 3, OIIO::TypeFloat, image.pixels.data()))
+    base::fail(path, ": cannot read: ", input->geterror());
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const math::Vec3& texel = image.at(x, y);
+      if (!math::is_finite(texel) || texel.x < 0 || texel.y < 0 || texel.z < 0)
+        base::fail(path, ": texel (", x, ", ", y, "): wanted finite radiance of at least 0, found ", texel.x,
+                   " ", texel.y, " ", texel.z);
+    }
+  return image;
+}
+
+}  // namespace image
