@@ -44,7 +44,7 @@ struct Render {
   std::map<std::string, Image>
       layers;                     // "albedo" (R G B), "normal" (X Y Z), "depth" (Z), "replicate0", ...; "A"
   Header header;                  // the attributes named assay:*, without assay:variance_scale
-  bool display_referred = false;  // came from a PNG or JPEG: `mean` was decoded from sRGB and cannot exceed 1
+  bool display_referred = false;  // from a PNG or JPEG: decoded to linear, cannot exceed 1
 };
 
 // Looks up a header entry; nothing if it is absent or of another kind. An int also answers as a float.

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "image/floats.h"
 #include "image/io.h"
 
 namespace image {
@@ -73,10 +74,10 @@ Header header_of(const OIIO::ImageSpec& spec) {
     } else if (p.type() == OIIO::TypeFloat) {
       header[name] = p.get_float();
     } else if (p.type() == OIIO::TypeString) {
-      header[name] = p.get_string();
-    } else if (p.type().basetype == OIIO::TypeDesc::FLOAT && p.type().arraylen > 0) {
-      const float* first = static_cast<const float*>(p.data());
-      header[name] = std::vector<float>(first, first + p.type().arraylen);
+      if (auto floats = floats_from_text(p.get_string()))
+        header[name] = std::move(*floats);
+      else
+        header[name] = p.get_string();
     }
   }
   return header;

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "image/floats.h"
 #include "image/io.h"
 
 namespace image {
@@ -103,8 +104,7 @@ Planes interleave(const std::string& path, const Render& render) {
     if (const int* i = std::get_if<int>(&value)) spec.attribute(name, *i);
     if (const float* f = std::get_if<float>(&value)) spec.attribute(name, *f);
     if (const std::string* s = std::get_if<std::string>(&value)) spec.attribute(name, *s);
-    if (const auto* v = std::get_if<std::vector<float>>(&value); v && !v->empty())
-      spec.attribute(name, OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, static_cast<int>(v->size())), v->data());
+    if (const auto* v = std::get_if<std::vector<float>>(&value)) spec.attribute(name, floats_to_text(*v));
   }
   if (render.variance) spec.attribute("assay:variance_scale", scale);
   return planes;
