@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "base/error.h"
+#include "image/file.h"
 #include "image/oiio.h"
 
 namespace image {
@@ -151,9 +151,7 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
 }
 
 Image read_environment(const std::string& path, const Limits& limits) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const std::string extension = lower_extension(path);
   if (extension != ".exr" && extension != ".hdr")
     base::fail(path, ": wanted an environment map in .exr or .hdr, found ",
                extension.empty() ? "no extension" : extension);

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "base/error.h"
 
@@ -26,6 +27,13 @@ void write_whole(const std::string& path, const void* bytes, std::size_t size) {
   if (!written) errno = reason;
   if (!written || !closed) give_up();
   if (std::rename(temporary.c_str(), path.c_str()) != 0) give_up();
+}
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
 }
 
 }  // namespace image
