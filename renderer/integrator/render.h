@@ -1,7 +1,8 @@
 // From a scene and settings to a film: tiles, threads (this room owns oneTBB), passes.
 //
-// The same scene, settings and seed give the same bits for any thread count, tile order and split into passes: every
-// random number is a function of (pixel, sample, dimension, seed) and one owner sums a pixel in sample order.
+// The same scene, settings and seed give the same bits for any thread count, tile order and split into
+// passes: every random number is a function of (pixel, sample, dimension, seed) and one owner sums a pixel in
+// sample order.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,19 @@
 
 namespace integrator {
 
-enum class Shader { path, path_disney, principled, disney, eyelight, direct, path_nomis, normal, albedo, texcoord, position };
+enum class Shader {
+  path,
+  path_disney,
+  principled,
+  disney,
+  eyelight,
+  direct,
+  path_nomis,
+  normal,
+  albedo,
+  texcoord,
+  position
+};
 enum class Filter { box, triangle, blackman_harris };
 enum class SamplerKind { sobol, random };
 
@@ -24,9 +37,10 @@ struct Settings {
   float d_gamma = 2;                // path_disney: exponent of its D, in (0, 10]
   std::optional<float> d_constant;  // path_disney: factor of its D; absent: the normalised one
   int width = 512, height = 512;
-  int crop_x = 0, crop_y = 0, crop_width = 0, crop_height = 0;  // pixels of the full image; width 0: all of it
-  int camera = 0;                   // index into Scene::cameras
-  int depth = 8;                    // scattering events; 0: emission only, 1: direct light
+  int crop_x = 0, crop_y = 0, crop_width = 0,
+      crop_height = 0;  // pixels of the full image; width 0: all of it
+  int camera = 0;       // index into Scene::cameras
+  int depth = 8;        // scattering events; 0: emission only, 1: direct light
   int spp = 256;
   int replicates = 8;  // independently scrambled parts of the samples, spread -> variance; must divide spp
   std::uint32_t seed = 1;
@@ -43,32 +57,35 @@ struct Status {
   double fraction = 0;                      // of the work of this call
   std::uint64_t rays = 0;
 };
-// Called about ten times a second, from one thread at a time; returning false stops the render at the end of the
-// tiles under way.
+// Called about ten times a second, from one thread at a time; returning false stops the render at the end of
+// the tiles under way.
 using Progress = std::function<bool(const Status&)>;
 
 class Renderer {
  public:
-  // Reduces the scene to what it uses, builds the acceleration structure and the light tables. Keeps a reference to
-  // `scene`. Throws base::Error for settings that make no sense (naming the option as assay-render spells it).
+  // Reduces the scene to what it uses, builds the acceleration structure and the light tables. Keeps a
+  // reference to `scene`. Throws base::Error for settings that make no sense (naming the option as
+  // assay-render spells it).
   Renderer(const scene::Scene& scene, const Settings& settings);
   ~Renderer();
 
   // An empty film of the right size (the crop's) and replicates.
   image::Film film() const;
 
-  // Adds samples [first, first + count) of every pixel to `film`; sample s belongs to replicate s % replicates.
-  // False if stopped by `progress`: the film then holds whole tiles of this call only where they were finished.
+  // Adds samples [first, first + count) of every pixel to `film`; sample s belongs to replicate s %
+  // replicates. False if stopped by `progress`: the film then holds whole tiles of this call only where they
+  // were finished.
   bool render(image::Film& film, int first, int count, const Progress& progress = {}) const;
 
   // Noise-free layer of the first hit through each pixel centre: shader is one of normal, albedo, position (3
-  // channels) or, with `depth` true, the distance along the ray (all three channels alike; 0 where nothing is hit).
+  // channels) or, with `depth` true, the distance along the ray (all three channels alike; 0 where nothing is
+  // hit).
   image::Image first_hit(Shader shader, bool depth = false) const;
 
-  std::uint64_t rays() const;       // traced so far, camera, bounce and shadow
-  double build_seconds() const;     // acceleration structure and light tables
-  std::string isa() const;          // Embree's instruction set, for the provenance
-  std::string summary() const;      // what the scene was reduced to, for --info: several lines
+  std::uint64_t rays() const;    // traced so far, camera, bounce and shadow
+  double build_seconds() const;  // acceleration structure and light tables
+  std::string isa() const;       // Embree's instruction set, for the provenance
+  std::string summary() const;   // what the scene was reduced to, for --info: several lines
 
  private:
   struct Impl;

@@ -138,6 +138,12 @@ class Sampler {
     return {to_unit_float(v[0]), to_unit_float(v[1]), to_unit_float(v[2]), to_unit_float(v[3])};
   }
 
+  // Hash number n of this sample, apart from all groups: for decisions that need no stratification.
+  std::uint32_t bits(std::uint32_t n) const {
+    const std::uint64_t sample = key_ + hash64(static_cast<std::uint64_t>(reversed_index_) << 32 | n);
+    return high(hash64(sample));
+  }
+
  private:
   static std::uint32_t low(std::uint64_t v) { return static_cast<std::uint32_t>(v); }
   static std::uint32_t high(std::uint64_t v) { return static_cast<std::uint32_t>(v >> 32); }

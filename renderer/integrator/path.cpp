@@ -1,0 +1,150 @@
+// Path tracing with next-event estimation and multiple importance sampling (Veach 1997, chapters 8 to 10).
+
+#include "integrator/path.h"
+
+#include <cmath>
+
+namespace integrator {
+
+namespace {
+
+using math::Vec3;
+using math::Vec4;
+
+// Groups of four random numbers: 0 belongs to the camera, then two for each bounce.
+constexpr std::uint32_t camera_group = 0, first_bounce_group = 1, groups_per_bounce = 2;
+
+// Paths shorter than this are never ended by roulette.
+constexpr int roulette_start = 3;
+
+// Power heuristic, exponent 2 (Veach 1997, eq. 9.13), by ratio so that huge densities do not overflow.
+float power_heuristic(float pdf, float other) {
+  if (pdf == 0) return 0;
+  const float ratio = other / pdf;
+  return 1 / (1 + ratio * ratio);
+}
+
+// A ray's own random bits, by which surfaces that are partly transparent decide whether it passes.
+std::uint32_t key(const math::Sampler& sampler, std::uint32_t ray_number) { return sampler.bits(ray_number); }
+
+// Light that arrives directly from one sampled light, times the BRDF.
+Vec3 direct_light(const World& w, const surface::Point& p, const bsdf::Bsdf& bsdf, const Vec3& wo,
+                  const Vec4& u, std::uint32_t ray_key, std::uint64_t& rays) {
+  // Everything is seen from the offset origin, the same point that the density of a BSDF sample is computed
+  // from.
+  const Vec3 from = surface::origin(p, p.geometric_normal);
+  const auto light = w.lights.sample(from, u.z, u.x, u.y);
+  if (!light) return Vec3(0);
+  const bsdf::Value f = bsdf::eval(bsdf, wo, p.frame.to_local(light->wi));
+  if (math::is_black(f.f_cos)) return Vec3(0);
+
+  accel::Ray shadow{surface::origin(p, light->wi), light->wi};
+  if (!light->infinite) {
+    shadow.direction = light->target - shadow.origin;
+    shadow.t_max = 1;
+  }
+  ++rays;
+  if (w.accel.occluded(shadow, ray_key)) return Vec3(0);
+  const float weight = light->is_delta || w.light_sampling_only ? 1 : power_heuristic(light->pdf, f.pdf);
+  return f.f_cos * light->radiance * (weight / light->pdf);
+}
+
+}  // namespace
+
+Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays) {
+  Vec3 sum(0), throughput(1);
+  float bsdf_pdf = 0;    // density of the direction the ray was drawn with
+  bool only_way = true;  // no light sample could have found what this ray finds: camera rays, mirrors
+  std::uint32_t ray_number = 0;
+
+  for (int bounce = 0;; ++bounce) {
+    // Find the next surface.
+    accel::Hit hit;
+    ++rays;
+    const bool found = w.accel.closest(ray, key(sampler, ray_number++), hit);
+
+    // Add the light the ray found, weighted against the chance that a light sample finds it too.
+    if (!found) {
+      if (w.lights.has_environment() && !(bounce == 0 && w.hide_environment)) {
+        float weight = 1;
+        if (!only_way)
+          weight = w.light_sampling_only
+                       ? 0
+                       : power_heuristic(bsdf_pdf, w.lights.pdf_environment(ray.origin, ray.direction));
+        if (weight > 0) sum += throughput * w.lights.environment(ray.direction) * weight;
+      }
+      break;
+    }
+    const surface::Point p = w.surfaces.at(ray, hit);
+    if (!math::is_black(p.emission)) {
+      float weight = 1;
+      if (!only_way) {
+        const float light_pdf = w.lights.pdf(ray.origin, p);
+        weight = w.light_sampling_only ? (light_pdf > 0 ? 0.f : 1.f) : power_heuristic(bsdf_pdf, light_pdf);
+      }
+      sum += throughput * p.emission * weight;
+    }
+    if (bounce == w.depth) break;
+
+    // Prepare the BRDF.
+    const Vec3 wo = p.frame.to_local(-ray.direction);
+    const bsdf::Bsdf bsdf = bsdf::prepare(w.model, w.gtr, p.material, p.normals, wo);
+    const std::uint32_t group = first_bounce_group + groups_per_bounce * static_cast<std::uint32_t>(bounce);
+
+    // Add direct light from one light sample.
+    if (!bsdf.only_delta && !w.lights.empty())
+      sum +=
+          throughput * direct_light(w, p, bsdf, wo, sampler.get(group + 1), key(sampler, ray_number), rays);
+    ++ray_number;
+
+    // Continue in a direction drawn from the BRDF.
+    const Vec4 u = sampler.get(group);
+    const auto s = bsdf::sample(bsdf, wo, u.z, u.x, u.y);
+    if (!s || math::is_black(s->f_cos)) break;
+    throughput *= s->f_cos / s->pdf;
+    bsdf_pdf = s->pdf;
+    only_way = s->is_delta;
+    ray.direction = math::normalize(p.frame.to_world(s->wi));
+    ray.origin = surface::origin(p, ray.direction);
+
+    // End weak paths by chance, the survivors carrying their share. The square root of the throughput saves
+    // time and adds less noise than the throughput itself.
+    if (bounce + 1 >= roulette_start) {
+      const float survival = std::fmin(1.f, std::sqrt(math::max_component(throughput)));
+      if (u.w >= survival) break;
+      throughput /= survival;
+    }
+  }
+  return sum;
+}
+
+Vec3 shade(const World& w, Shader shader, const accel::Ray& ray, const math::Sampler& sampler,
+           std::uint64_t& rays) {
+  accel::Hit hit;
+  ++rays;
+  if (!w.accel.closest(ray, key(sampler, 0), hit)) return Vec3(0);
+  const surface::Point p = w.surfaces.at(ray, hit);
+  switch (shader) {
+    case Shader::normal:
+      return p.frame.normal;
+    case Shader::texcoord:
+      return {p.texcoord.x, p.texcoord.y, 0};
+    case Shader::position:
+      return p.position;
+    case Shader::albedo: {
+      const bsdf::Bsdf b =
+          bsdf::prepare(w.model, w.gtr, p.material, p.normals, p.frame.to_local(-ray.direction));
+      return bsdf::albedo(b);
+    }
+    case Shader::eyelight: {
+      // A light at the eye that gives irradiance pi whatever the distance.
+      const Vec3 wo = p.frame.to_local(-ray.direction);
+      const bsdf::Bsdf b = bsdf::prepare(w.model, w.gtr, p.material, p.normals, wo);
+      return p.emission + bsdf::eval(b, wo, wo).f_cos * math::pi;
+    }
+    default:
+      return Vec3(0);
+  }
+}
+
+}  // namespace integrator

@@ -1,0 +1,262 @@
+#include "integrator/render.h"
+
+#include <immintrin.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <sstream>
+
+#include "base/error.h"
+#include "integrator/camera.h"
+#include "integrator/path.h"
+#include "math/warp.h"
+
+namespace integrator {
+
+namespace {
+
+using math::Vec3;
+
+constexpr int tile_size = 16;
+
+// Flushes denormals to zero in this thread while it lives: one denormal operation costs ten normal ones, and
+// Embree asks for it. Set around every tile, so that pictures do not depend on which thread renders them.
+class FlushDenormals {
+ public:
+  FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040); }  // FTZ and DAZ
+  ~FlushDenormals() { _mm_setcsr(saved_); }
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+  unsigned saved_;
+};
+
+bsdf::Model model_of(Shader shader) {
+  switch (shader) {
+    case Shader::path_disney:
+      return bsdf::Model::path_disney;
+    case Shader::principled:
+      return bsdf::Model::principled;
+    case Shader::path:
+    case Shader::direct:
+    case Shader::path_nomis:
+    case Shader::eyelight:
+      return bsdf::Model::path;
+    default:
+      return bsdf::Model::disney;
+  }
+}
+bool traces_paths(Shader shader) {
+  switch (shader) {
+    case Shader::path:
+    case Shader::path_disney:
+    case Shader::principled:
+    case Shader::disney:
+    case Shader::direct:
+    case Shader::path_nomis:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void check(const Settings& s, const scene::Scene& scene) {
+  const auto wants = [](bool ok, const char* option, const std::string& wanted, double found) {
+    if (!ok) base::fail(option, ": wanted ", wanted, ", found ", found);
+  };
+  wants(s.width >= 1 && s.width <= 65536, "--width", "1 to 65536 pixels", s.width);
+  wants(s.height >= 1 && s.height <= 65536, "--height", "1 to 65536 pixels", s.height);
+  wants(s.spp >= 1 && s.spp <= 1 << 24, "--spp", "1 to 16777216 samples", s.spp);
+  wants(s.replicates >= 1 && s.replicates <= 64 && s.spp % s.replicates == 0, "--replicates",
+        "1 to 64, a divisor of --spp " + std::to_string(s.spp), s.replicates);
+  wants(s.depth >= 0 && s.depth <= 10000, "--depth", "0 to 10000", s.depth);
+  wants(s.d_gamma > 0 && s.d_gamma <= 10, "--d-gamma", "a number above 0 and at most 10", s.d_gamma);
+  wants(!s.d_constant || (*s.d_constant >= 0 && *s.d_constant <= 1e6f), "--d-constant",
+        "auto or a number from 0 to 1e6", s.d_constant.value_or(0));
+  wants(s.clamp >= 0, "--clamp", "0 (off) or a positive radiance", s.clamp);
+  wants(s.threads >= 0 && s.threads <= 1024, "--threads", "0 (all) to 1024", s.threads);
+  wants(s.camera >= 0 && s.camera < static_cast<int>(scene.cameras.size()), "--camera",
+        "a camera from 0 to " + std::to_string(static_cast<int>(scene.cameras.size()) - 1), s.camera);
+  if (s.crop_width > 0 || s.crop_height > 0)
+    if (s.crop_x < 0 || s.crop_y < 0 || s.crop_width < 1 || s.crop_height < 1 ||
+        s.crop_x + s.crop_width > s.width || s.crop_y + s.crop_height > s.height)
+      base::fail("--crop: wanted a rectangle inside ", s.width, " x ", s.height, ", found ", s.crop_x, ",",
+                 s.crop_y, ",", s.crop_width, ",", s.crop_height);
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  const scene::Scene& scene;
+  Settings settings;
+  surface::Surfaces surfaces;
+  std::unique_ptr<accel::Accel> accel;
+  std::unique_ptr<light::Lights> lights;
+  std::unique_ptr<World> world;
+  CameraRays camera;
+  math::BlackmanHarris blackman_harris;
+  double build_seconds = 0;
+  mutable std::atomic<std::uint64_t> rays{0};
+  int x0, y0, width, height;
+
+  Impl(const scene::Scene& s, const Settings& t)
+      : scene(s),
+        settings((check(t, s), t)),
+        surfaces(s, model_of(t.shader)),
+        camera(s.cameras[static_cast<size_t>(t.camera)], t.width, t.height),
+        x0(t.crop_x),
+        y0(t.crop_y),
+        width(t.crop_width > 0 ? t.crop_width : t.width),
+        height(t.crop_width > 0 ? t.crop_height : t.height) {
+    const auto start = std::chrono::steady_clock::now();
+    arena().execute([&] {
+      accel = std::make_unique<accel::Accel>(s, t.fastest_isa, surfaces.filtered(),
+                                             [this](const accel::Ray& r, const accel::Hit& h,
+                                                    std::uint32_t k) { return surfaces.accepts(r, h, k); });
+      lights = std::make_unique<light::Lights>(s, surfaces);
+    });
+    world = std::make_unique<World>(World{*accel,
+                                          surfaces,
+                                          *lights,
+                                          model_of(t.shader),
+                                          {t.d_gamma, t.d_constant},
+                                          t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
+                                          t.hide_environment,
+                                          t.shader == Shader::path_nomis});
+    build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  tbb::task_arena arena() const {
+    return settings.threads > 0 ? tbb::task_arena(settings.threads) : tbb::task_arena();
+  }
+
+  // Offset from the pixel's upper left corner. Each sample stays in its pixel: the filter is a density, not a
+  // weight.
+  float filtered(float u) const {
+    switch (settings.filter) {
+      case Filter::box:
+        return u;
+      case Filter::triangle:
+        return .5f + math::sample_triangle_filter(u);
+      case Filter::blackman_harris:
+        return .5f + blackman_harris.sample(u);
+    }
+    return u;
+  }
+
+  Vec3 sample(int x, int y, int s, std::uint64_t& traced) const {
+    const auto kind =
+        settings.sampler == SamplerKind::sobol ? math::Sampler::Kind::sobol : math::Sampler::Kind::random;
+    const math::Sampler sampler(kind, settings.seed, x, y, s % settings.replicates,
+                                static_cast<std::uint32_t>(s / settings.replicates));
+    const math::Vec4 u = sampler.get(0);
+    const accel::Ray ray =
+        camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
+    if (!traces_paths(settings.shader)) return shade(*world, settings.shader, ray, sampler, traced);
+    Vec3 radiance = integrator::radiance(*world, ray, sampler, traced);
+    if (settings.clamp > 0) {
+      const float length = math::length(radiance);
+      if (length > settings.clamp) radiance *= settings.clamp / length;
+    }
+    return radiance;
+  }
+
+  // Runs body(x, y) for every pixel of the crop, in tiles. False if stopped.
+  template <typename Body>
+  bool for_each_pixel(const Body& body, const Progress& progress, int samples) const {
+    const int columns = (width + tile_size - 1) / tile_size, rows = (height + tile_size - 1) / tile_size;
+    std::atomic<int> done{0};
+    std::atomic<bool> stopped{false};
+    std::mutex mutex;
+    auto last = std::chrono::steady_clock::now();
+    arena().execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<int>(0, columns * rows, 1),
+          [&](const tbb::blocked_range<int>& range) {
+            const FlushDenormals flush;
+            for (int tile = range.begin(); tile != range.end(); ++tile) {
+              if (stopped) return;
+              std::uint64_t traced = 0;
+              const int left = tile % columns * tile_size, top = tile / columns * tile_size;
+              for (int y = top; y < std::min(top + tile_size, height); ++y)
+                for (int x = left; x < std::min(left + tile_size, width); ++x) body(x, y, traced);
+              rays += traced;
+              const int finished = ++done;
+              if (!progress) continue;
+              const std::unique_lock lock(mutex, std::try_to_lock);
+              const auto now = std::chrono::steady_clock::now();
+              if (!lock || (now - last < std::chrono::milliseconds(100) && finished < columns * rows))
+                continue;
+              last = now;
+              const double fraction = static_cast<double>(finished) / (columns * rows);
+              if (!progress({static_cast<int>(fraction * samples), samples, fraction, rays})) stopped = true;
+            }
+          },
+          tbb::simple_partitioner());
+    });
+    return !stopped || done == columns * rows;
+  }
+};
+
+Renderer::Renderer(const scene::Scene& scene, const Settings& settings)
+    : impl_(std::make_unique<Impl>(scene, settings)) {}
+Renderer::~Renderer() = default;
+
+image::Film Renderer::film() const { return {impl_->width, impl_->height, impl_->settings.replicates}; }
+
+bool Renderer::render(image::Film& film, int first, int count, const Progress& progress) const {
+  const Impl& m = *impl_;
+  return m.for_each_pixel(
+      [&](int x, int y, std::uint64_t& traced) {
+        for (int s = first; s < first + count; ++s)
+          film.add(x, y, s % m.settings.replicates, m.sample(m.x0 + x, m.y0 + y, s, traced));
+      },
+      progress, count);
+}
+
+image::Image Renderer::first_hit(Shader shader, bool depth) const {
+  const Impl& m = *impl_;
+  image::Image result(m.width, m.height);
+  m.for_each_pixel(
+      [&](int x, int y, std::uint64_t& traced) {
+        const accel::Ray ray =
+            m.camera.ray(static_cast<float>(m.x0 + x) + .5f, static_cast<float>(m.y0 + y) + .5f);
+        const math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
+        if (depth) {
+          accel::Hit hit;
+          ++traced;
+          if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces.at(ray, hit).distance);
+        } else {
+          result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
+        }
+      },
+      {}, 1);
+  return result;
+}
+
+std::uint64_t Renderer::rays() const { return impl_->rays; }
+double Renderer::build_seconds() const { return impl_->build_seconds; }
+std::string Renderer::isa() const { return impl_->accel->isa(); }
+
+std::string Renderer::summary() const {
+  const Impl& m = *impl_;
+  size_t triangles = 0;
+  for (const scene::Instance& i : m.scene.instances)
+    triangles += m.scene.meshes[static_cast<size_t>(i.mesh)].triangles.size();
+  size_t filtered = 0;
+  for (const bool f : m.surfaces.filtered()) filtered += f;
+  std::ostringstream out;
+  out << "geometry: " << triangles << " triangles in " << m.scene.instances.size() << " instances of "
+      << m.scene.meshes.size() << " meshes, " << filtered << " instances culled, masked or blended\n"
+      << "lights: " << m.scene.lights.size() << " punctual, " << m.lights->triangles()
+      << " emissive triangles, " << (m.lights->has_environment() ? "an environment" : "no environment")
+      << "\n"
+      << "Embree instruction set: " << m.accel->isa() << "\n";
+  return out.str();
+}
+
+}  // namespace integrator

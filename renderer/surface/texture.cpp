@@ -1,0 +1,81 @@
+#include "surface/texture.h"
+
+#include "math/transcendental.h"
+
+namespace surface {
+
+namespace {
+
+using math::Vec2;
+using math::Vec4;
+
+// Texel index of integer coordinate i in a row of n texels.
+int wrap(int i, int n, scene::Wrap mode) {
+  switch (mode) {
+    case scene::Wrap::clamp:
+      return i < 0 ? 0 : i >= n ? n - 1 : i;
+    case scene::Wrap::repeat:
+      return (i % n + n) % n;
+    case scene::Wrap::mirror: {
+      const int j = (i % (2 * n) + 2 * n) % (2 * n);
+      return j < n ? j : 2 * n - 1 - j;
+    }
+  }
+  return 0;
+}
+
+// Brings u near [0, 2) without changing what it refers to, so that converting to int is defined.
+float reduce(float u, scene::Wrap mode) {
+  if (!std::isfinite(u)) return 0;
+  if (mode == scene::Wrap::clamp) return u < -1 ? -1 : u > 2 ? 2 : u;
+  const float period = mode == scene::Wrap::repeat ? 1 : 2;
+  return u - period * std::floor(u / period);
+}
+
+Vec4 decode(const Vec4& c) { return {srgb_to_linear(c.x), srgb_to_linear(c.y), srgb_to_linear(c.z), c.w}; }
+
+}  // namespace
+
+float srgb_to_linear(float s) {
+  return s <= .04045f ? s / 12.92f
+                      : static_cast<float>(math::pow((static_cast<double>(s) + .055) / 1.055, 2.4));
+}
+
+Textures::Textures(const scene::Scene& scene, bool filter_encoded)
+    : scene_(scene), filter_encoded_(filter_encoded), decoded_(scene.bitmaps.size()) {
+  if (filter_encoded) return;
+  for (const scene::Material& m : scene.materials)
+    for (const scene::Texture* t : {&m.base_color_texture, &m.emissive_texture}) {
+      if (t->bitmap < 0 || !decoded_[static_cast<size_t>(t->bitmap)].empty()) continue;
+      auto& copy = decoded_[static_cast<size_t>(t->bitmap)];
+      copy = scene.bitmaps[static_cast<size_t>(t->bitmap)].texels;
+      for (Vec4& texel : copy) texel = decode(texel);
+    }
+}
+
+Vec4 Textures::lookup(const scene::Texture& t, Vec2 uv, bool srgb) const {
+  const auto index = static_cast<size_t>(t.bitmap);
+  const scene::Bitmap& map = scene_.bitmaps[index];
+  const std::vector<Vec4>& texels = srgb && !filter_encoded_ ? decoded_[index] : map.texels;
+  const int w = map.width, h = map.height;
+  const float u = reduce(t.a * uv.x + t.b * uv.y + t.c, t.wrap_u) * static_cast<float>(w);
+  const float v = reduce(t.d * uv.x + t.e * uv.y + t.f, t.wrap_v) * static_cast<float>(h);
+  const auto texel = [&](int i, int j) {
+    return texels[static_cast<size_t>(wrap(j, h, t.wrap_v)) * static_cast<size_t>(w) +
+                  static_cast<size_t>(wrap(i, w, t.wrap_u))];
+  };
+  Vec4 c;
+  if (t.filter == scene::Filter::nearest) {
+    c = texel(static_cast<int>(std::floor(u)), static_cast<int>(std::floor(v)));
+  } else {
+    const float x = u - .5f, y = v - .5f;  // texel centres are at half integers
+    const float fx = std::floor(x), fy = std::floor(y);
+    const int i = static_cast<int>(fx), j = static_cast<int>(fy);
+    const float a = x - fx, b = y - fy;
+    c = (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
+        (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
+  }
+  return srgb && filter_encoded_ ? decode(c) : c;
+}
+
+}  // namespace surface

@@ -1,0 +1,31 @@
+// Texture look-ups. Colours are decoded from sRGB either before filtering (right: light is linear) or after
+// it (what Blender does, hence what `principled` does).
+#pragma once
+
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace surface {
+
+class Textures {
+ public:
+  // Keeps what `scene`'s materials refer to; `filter_encoded` filters sRGB texels before decoding them.
+  Textures(const scene::Scene& scene, bool filter_encoded);
+
+  // RGBA at texture coordinates uv (any float, even non-finite); colour: RGB is decoded from sRGB.
+  math::Vec4 colour(const scene::Texture& texture, math::Vec2 uv) const { return lookup(texture, uv, true); }
+  math::Vec4 data(const scene::Texture& texture, math::Vec2 uv) const { return lookup(texture, uv, false); }
+
+ private:
+  math::Vec4 lookup(const scene::Texture& texture, math::Vec2 uv, bool srgb) const;
+
+  const scene::Scene& scene_;
+  bool filter_encoded_;
+  std::vector<std::vector<math::Vec4>> decoded_;  // per bitmap: linear copy, empty if no material needs one
+};
+
+// sRGB transfer function (IEC 61966-2-1), encoded value in [0,1] to linear.
+float srgb_to_linear(float encoded);
+
+}  // namespace surface
