@@ -1,0 +1,22 @@
+// Pictures on disk: by extension, whole or not at all (written beside the target, then renamed).
+#pragma once
+
+#include <string>
+
+#include "app/options.h"
+#include "image/film.h"
+#include "integrator/render.h"
+#include "scene/scene.h"
+
+namespace app {
+
+// Throws base::Error if `file` could not be written, before an hour of rendering finds out.
+void check_writable(const std::string& file);
+
+// `samples` per pixel are in every pixel of the film; `partial`: more were asked for.
+void write_picture(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
+                   const image::Film& film, int samples, bool partial);
+
+scene::Environment read_environment(const std::string& file);
+
+}  // namespace app
