@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 
@@ -25,7 +26,9 @@ RTCRay to_embree(const Ray& r) {
   RTCRay e{};
   e.org_x = r.origin.x, e.org_y = r.origin.y, e.org_z = r.origin.z;
   e.dir_x = r.direction.x, e.dir_y = r.direction.y, e.dir_z = r.direction.z;
-  e.tnear = 0;
+  // Embree's robust mode counts t = tnear as a hit, and a ray leaving a plane such as z = 0, whose points
+  // carry no rounding error to offset by, starts at t = 0 exactly.
+  e.tnear = std::numeric_limits<float>::min();
   e.tfar = r.t_max;
   e.mask = 0xffffffffu;
   return e;

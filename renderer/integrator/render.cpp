@@ -2,6 +2,7 @@
 
 #include <immintrin.h>
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -100,6 +101,7 @@ struct Renderer::Impl {
   std::unique_ptr<World> world;
   CameraRays camera;
   math::BlackmanHarris blackman_harris;
+  std::optional<tbb::global_control> more_threads;
   double build_seconds = 0;
   mutable std::atomic<std::uint64_t> rays{0};
   int x0, y0, width, height;
@@ -114,6 +116,8 @@ struct Renderer::Impl {
         width(t.crop_width > 0 ? t.crop_width : t.width),
         height(t.crop_width > 0 ? t.crop_height : t.height) {
     const auto start = std::chrono::steady_clock::now();
+    if (t.threads > 0)  // oneTBB starts no more workers than the machine has cores unless told
+      more_threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(t.threads));
     arena().execute([&] {
       accel = std::make_unique<accel::Accel>(s, t.fastest_isa, surfaces.filtered(),
                                              [this](const accel::Ray& r, const accel::Hit& h,
