@@ -1,0 +1,41 @@
+// glTF 2.0 (.gltf, .glb) -> scene::Scene. This room owns tinygltf, and does not trust it: tinygltf 2.7 checks
+// almost no index, range or path, so guard() (guard.h) judges the whole file first and tinygltf then parses a
+// document that names no file and holds no reference out of range. What is read, ignored or refused:
+// docs/gltf.md.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "scene/scene.h"
+
+namespace gltf {
+
+// docs/formats.md, "Scene". automatic: candela if asset.generator names Blender, else watt.
+enum class PunctualUnits { automatic, watt, candela };
+
+// What a file may ask for before it is refused: generous for real scenes, small against amplification.
+struct Limits {
+  std::uint64_t file_bytes =
+      1u << 30;  // one file, and all buffers together; never above 2^31-1 (tinygltf's int)
+  std::uint64_t json_values = 8'000'000;  // commas and brackets
+  int json_depth = 64;
+  std::uint64_t nodes = 1'000'000;
+  int node_depth = 1024;
+  std::uint64_t accessors = 200'000;
+  std::uint64_t images = 1024;
+  std::uint64_t vertices = 100'000'000;   // all primitives together
+  std::uint64_t triangles = 200'000'000;  // as instanced
+  std::uint64_t instances = 2'000'000;
+  std::uint64_t image_pixels = 1u << 27;  // all images together; 16 bytes each in memory
+};
+
+struct Options {
+  PunctualUnits punctual_units = PunctualUnits::automatic;
+  Limits limits;
+};
+
+// Throws base::Error, one line naming the file, the place in it, what was wanted and what was found.
+scene::Scene load(const std::string& file, const Options& options = {});
+
+}  // namespace gltf
