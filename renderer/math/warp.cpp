@@ -29,10 +29,11 @@ double BlackmanHarris::cdf(double x) {
 BlackmanHarris::BlackmanHarris() {
   for (int i = 0; i <= intervals; ++i) {
     // Bisect: the function is monotone and this runs once.
+    const double tail = sqr(static_cast<double>(i) / intervals) / 2;
     double low = 0, high = radius;
     for (int step = 0; step < 60; ++step) {
       const double x = (low + high) / 2;
-      (cdf(x) < .5 + .5 * i / intervals ? low : high) = x;
+      (1 - cdf(x) > tail ? low : high) = x;
     }
     inverse_[i] = static_cast<float>((low + high) / 2);
   }

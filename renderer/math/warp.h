@@ -59,15 +59,19 @@ inline Vec3 sample_triangle(float u0, float u1) {
 // the result is unit with z >= 0. Dupuy & Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps",
 // listing 3.
 inline Vec3 sample_visible_normal(const Vec3& wo, float alpha_x, float alpha_y, float u0, float u1) {
-  const Vec3 w = normalize({wo.x * alpha_x, wo.y * alpha_y, wo.z});
-  // A point uniform on the sphere's cap z > -w.z; h_z = z + w.z is computed first, as it alone must not
-  // cancel.
-  const float h_z = (1 - u1) * (1 + w.z);
-  const float z = h_z - w.z;
-  const float r = std::sqrt(std::max(0.f, (1 - z) * (1 + z)));
-  float s = 0, c = 0;
-  sin_cos(2 * pi * u0, s, c);
-  return normalize({(r * c + w.x) * alpha_x, (r * s + w.y) * alpha_y, h_z});
+  // In double: at the rim of the cap c + w cancels, and a small alpha magnifies what is left.
+  double x = static_cast<double>(wo.x) * alpha_x, y = static_cast<double>(wo.y) * alpha_y, z = wo.z;
+  const double length = std::sqrt(x * x + y * y + z * z);
+  if (!(length > 0)) return {0, 0, 1};
+  x /= length, y /= length, z /= length;
+  // A point c uniform on the sphere's cap above -z; the half vector is c + w.
+  const double h_z = (1 - static_cast<double>(u1)) * (1 + z), c_z = h_z - z;
+  const double radius = std::sqrt(std::max(0., (1 - c_z) * (1 + c_z)));
+  double s = 0, c = 0;
+  sin_cos(6.283185307179586 * u0, s, c);
+  const double h_x = (radius * c + x) * alpha_x, h_y = (radius * s + y) * alpha_y;
+  const double scale = 1 / std::sqrt(h_x * h_x + h_y * h_y + h_z * h_z);
+  return {static_cast<float>(h_x * scale), static_cast<float>(h_y * scale), static_cast<float>(h_z * scale)};
 }
 
 // Pixel filters: an offset in pixels from the pixel's centre with the filter as its density.
@@ -84,8 +88,9 @@ class BlackmanHarris {
   static constexpr float radius = 1.5f;
   BlackmanHarris();
   float sample(float u) const {
-    // One half of the inverse distribution function is tabulated, the other is its mirror image.
-    const float v = std::fabs(2 * u - 1) * intervals;
+    // One half of the inverse distribution function is tabulated, the other is its mirror image. The root
+    // spreads the tail, where the function is steep.
+    const float v = std::sqrt(1 - std::fabs(2 * u - 1)) * intervals;
     const int i = std::min(static_cast<int>(v), intervals - 1);
     const float x = mix(inverse_[i], inverse_[i + 1], v - static_cast<float>(i));
     return u < .5f ? -x : x;
@@ -95,7 +100,7 @@ class BlackmanHarris {
 
  private:
   static constexpr int intervals = 1024;
-  std::array<float, intervals + 1> inverse_;  // [i]: x with cdf(x) = 1/2 + i / (2 intervals)
+  std::array<float, intervals + 1> inverse_;  // [i]: the x beyond which lies (i / intervals)^2 / 2
 };
 
 }  // namespace math
