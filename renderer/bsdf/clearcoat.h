@@ -23,7 +23,7 @@ struct Clearcoat {
   // Density of wi, 1/sr: D cos(wh) / (4 wi.wh).
   float pdf(const HalfVector& h) const {
     const double d = d_gtr1(h.sin2_h(), h.cos2_h(), alpha, log_alpha2);
-    return h.cos_d > 0 ? static_cast<float>(d * h.z / std::sqrt(h.length_squared) / (4 * h.cos_d)) : 0;
+    return static_cast<float>(d * h.z / std::sqrt(h.length_squared) / (4 * h.cos_d));
   }
   float f_cos(const Vec3& wo, const Vec3& wi, const HalfVector& h) const {
     const double d = d_gtr1(h.sin2_h(), h.cos2_h(), alpha, log_alpha2);

@@ -10,13 +10,15 @@ struct Diffuse {
   Vec3 weight{0, 0, 0};  // base colour times (1 - metallic)
   float retro = -1;      // roughness; negative: Lambert
 
-  // f cos(wi), 1/sr. cos_o, cos_i > 0.
-  Vec3 f_cos(float cos_o, float cos_i, float cos_d) const {
-    if (retro < 0) return weight * (math::inv_pi * cos_i);
-    const float fd90 = .5f + 2 * retro * cos_d * cos_d;
-    const float fl = 1 + (fd90 - 1) * schlick(cos_i);
-    const float fv = 1 + (fd90 - 1) * schlick(cos_o);
-    return weight * (math::inv_pi * fl * fv * cos_i);
+  // f cos(wi), 1/sr. cos_o, cos_i > 0. In double, so that swapping the directions changes nothing but the
+  // last bit.
+  Vec3 f_cos(double cos_o, double cos_i, double cos_d) const {
+    double shape = cos_i / pi;
+    if (retro >= 0) {
+      const double fd90 = .5 + 2. * retro * cos_d * cos_d;
+      shape *= (1 + (fd90 - 1) * schlick(cos_i)) * (1 + (fd90 - 1) * schlick(cos_o));
+    }
+    return weight * static_cast<float>(shape);
   }
 };
 

@@ -182,8 +182,8 @@ Value eval(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
 
   if (b.probability[0] > 0) {
     value.pdf += b.probability[0] * wi.z * math::inv_pi;
-    value.f_cos += (b.diffuse.f_cos(wo.z, wi.z, static_cast<float>(h.cos_d)) + b.sheen.f_cos(wi.z, h.cos_d)) *
-                   bump_terminator(b, wi);
+    value.f_cos +=
+        (b.diffuse.f_cos(wo.z, wi.z, h.cos_d) + b.sheen.f_cos(wi.z, h.cos_d)) * bump_terminator(b, wi);
   }
   const bool seen = specular_sees(b, wi);
   if (b.probability[1] > 0 && !b.specular.is_delta) {

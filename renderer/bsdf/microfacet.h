@@ -24,15 +24,22 @@ inline constexpr double pi = 3.14159265358979323846;
 struct HalfVector {
   double x, y, z;         // wi + wo, not normalised
   double length_squared;  // 0 for wi = -wo
-  double cos_d;           // wi . wh, in [0,1]
+  double cos_d;           // wi . wh, in [0,1]; 0 only for wi = -wo
 
   HalfVector(const Vec3& wo, const Vec3& wi)
       : x(static_cast<double>(wi.x) + wo.x),
         y(static_cast<double>(wi.y) + wo.y),
         z(static_cast<double>(wi.z) + wo.z) {
     length_squared = x * x + y * y + z * z;
-    cos_d = length_squared > 0 ? (wi.x * x + wi.y * y + wi.z * z) / std::sqrt(length_squared) : 0;
-    cos_d = cos_d < 0 ? 0 : cos_d > 1 ? 1 : cos_d;
+    // Half the length of wi + wo, which unlike wi . wh does not cancel for nearly opposite directions at
+    // grazing angles and is the same from both sides. Divided by the mean length of wi and wo, as float
+    // vectors are unit only to 1e-7: (1 + x)/2 is the square root of x to 1e-14 there.
+    const double wi2 = static_cast<double>(wi.x) * wi.x + static_cast<double>(wi.y) * wi.y +
+                       static_cast<double>(wi.z) * wi.z;
+    const double wo2 = static_cast<double>(wo.x) * wo.x + static_cast<double>(wo.y) * wo.y +
+                       static_cast<double>(wo.z) * wo.z;
+    cos_d = 2 * std::sqrt(length_squared) / (2 + wi2 + wo2);
+    if (cos_d > 1) cos_d = 1;
   }
   double sin2_h() const { return (x * x + y * y) / length_squared; }
   double cos2_h() const { return z * z / length_squared; }

@@ -44,7 +44,6 @@ struct Specular {
 
   // Density of wi, 1/sr. Visible normals: D G1(wo) / (4 wo.z).
   float pdf(const Vec3& wo, const HalfVector& h) const {
-    if (!(h.cos_d > 0)) return 0;
     if (gtr)
       return static_cast<float>(normalised_constant * gtr_shape(h) * h.z / std::sqrt(h.length_squared) /
                                 (4 * h.cos_d));
