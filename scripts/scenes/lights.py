@@ -20,9 +20,9 @@ def sky():
         else:
             color = [0.75 - 0.55 * d[1] ** 0.5, 0.85 - 0.45 * d[1] ** 0.5, 1.0 - 0.15 * d[1] ** 0.5]
         angle = math.degrees(math.acos(max(-1.0, min(1.0, dot(d, SUN)))))
-        sun = max(0.0, min(1.0, 3.5 - angle))
+        sun = max(0.0, min(1.0, 4.0 - angle))
         glow = 1.5 * math.exp(-angle / 12)
-        return [c + 260 * sun * s + glow * s for c, s in zip(color, (1.0, 0.85, 0.65))]
+        return [c + 150 * sun * s + glow * s for c, s in zip(color, (1.0, 0.85, 0.65))]
     return image.hdr(image.latlong(128, 64, radiance))
 
 
@@ -30,11 +30,11 @@ def sun_sky():
     g = Glb(environment=SKY, strength=0.8, rotation=70.0)
     round_ball = ball().smooth()
     g.put(floor(6), g.material("floor", (0.5, 0.48, 0.45), 0.8, specular=0.3), name="floor")
-    g.put(round_ball, g.material("metal", (0.9, 0.75, 0.5), 0.35, 1.0), at=(-1.15, 0.9, 0.0), scale=0.9)
-    g.put(round_ball, g.material("plastic", (0.05, 0.15, 0.5), 0.3), at=(0.9, 0.6, 0.9), scale=0.6)
+    g.put(round_ball, g.material("metal", (0.9, 0.75, 0.5), 0.5, 1.0), at=(-1.15, 0.9, 0.0), scale=0.9)
+    g.put(round_ball, g.material("plastic", (0.05, 0.15, 0.5), 0.4), at=(0.75, 0.6, 0.9), scale=0.6)
     g.put(box(), g.material("brick", (0.6, 0.2, 0.1), 0.7), at=(1.2, 0.75, -1.2), scale=0.75,
           turn=rotation((0, 1, 0), 30))
-    g.camera((0.8, 2.2, 6.0), (0, 0.65, 0), 30)
+    g.camera((0.8, 2.4, 7.6), (0, 0.7, 0), 31)
     return g
 
 
@@ -47,12 +47,12 @@ def area_gloss():
           g.material("wall", (0.35, 0.3, 0.28), 0.9, specular=0.2), name="wall")
     for i, (rough, base) in enumerate(((0.15, (0.5, 0.05, 0.04)), (0.3, (0.05, 0.35, 0.1)), (0.5, (0.06, 0.1, 0.5)))):
         g.put(round_ball, g.material("plastic %g" % rough, base, rough), at=(1.5 * (i - 1), 0.7, 0.2), scale=0.7)
-    warm = g.material("warm", (0, 0, 0), 1.0, emit=(1, 0.85, 0.6), strength=9.0, specular=0.0)
+    warm = g.material("warm", (0, 0, 0), 1.0, emit=(1, 0.85, 0.6), strength=14.0, specular=0.0)
     cool = g.material("cool", (0, 0, 0), 1.0, emit=(0.5, 0.7, 1), strength=5.0, specular=0.0)
     lamp = quad((-1, -0.6, 0), (1, -0.6, 0), (1, 0.6, 0), (-1, 0.6, 0))
     g.put(lamp, warm, at=(-1.0, 3.4, 1.4), turn=rotation((1, 0, 0), 75), name="warm")
     g.put(lamp, cool, at=(1.5, 2.15, -1.9), scale=0.6, turn=rotation((0, 1, 0), -25), name="cool")
-    g.camera((0, 1.9, 6.2), (0, 1.0, 0), 30)
+    g.camera((0, 2.0, 7.4), (0, 1.15, 0), 35)
     return g
 
 
@@ -73,12 +73,12 @@ def many_lights():
                   ((-1, -1), (1, -1), (1, 1), (-1, 1))]
         groups[(i + i // 8) % 4].append(quad(*corner))
     for k, (color, quads) in enumerate(zip(colors, groups)):
-        g.put(join(*quads), g.material("lamp %d" % k, (0, 0, 0), 1.0, emit=color, strength=14.0, specular=0.0))
+        g.put(join(*quads), g.material("lamp %d" % k, (0, 0, 0), 1.0, emit=color, strength=24.0, specular=0.0))
     g.put(floor(5), g.material("floor", (0.5, 0.5, 0.5), 0.6, specular=0.2), name="floor")
     g.put(ball().smooth(), g.material("ball", (0.7, 0.7, 0.7), 0.5, specular=0.3), at=(-0.9, 0.7, 0.2), scale=0.7)
     g.put(box(), g.material("box", (0.7, 0.6, 0.5), 0.6, specular=0.2), at=(0.9, 0.5, -0.2), scale=0.5,
           turn=rotation((0, 1, 0), 35))
-    g.camera((0, 2.0, 6.8), (0, 1.25, 0), 32)
+    g.camera((0, 2.0, 7.6), (0, 1.35, 0), 36)
     return g
 
 

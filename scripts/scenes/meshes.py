@@ -27,10 +27,10 @@ def instances():
     red = g.material("red", (0.6, 0.12, 0.08), 0.5)
     blue = g.material("blue", (0.1, 0.2, 0.55), 0.35)
     el, egg = bracket(), ball().smooth()
-    g.put(el, red, at=(-2.6, 0, 0.4), name="plain")
-    g.put(el, red, at=(-0.4, 0, 0.4), scale=(-1, 1, 1), name="mirrored")
+    g.put(el, red, at=(-3.0, 0, 0.9), name="plain")
+    g.put(el, red, at=(0.1, 0, 0.5), scale=(-1, 1, 1), name="mirrored")
     g.put(el, red, at=(1.6, 1.2, -1.0), scale=(0.9, -0.75, 1.4), turn=rotation((0, 1, 0), 35), name="upside down")
-    stretch = g.node(translation=[-1.4, 0, -1.6], scale=[1.6, 1.1, 0.7], name="stretch")
+    stretch = g.node(translation=[-1.9, 0.02, -1.9], scale=[1.6, 1.1, 0.7], name="stretch")
     g.put(el, red, turn=rotation((0, 0, 1), 25), at=(0.3, 0.1, 0), parent=stretch, name="sheared")
     g.put(egg, blue, turn=rotation((1, 1, 0), 40), at=(1.25, 0.55, 0), scale=(0.3, 0.5, 0.3), parent=stretch, name="egg")
     g.node(mesh=g.mesh((egg, blue)), name="matrix",
@@ -38,7 +38,7 @@ def instances():
     g.put(egg, blue, at=(2.2, 0.3, 0.9), scale=(0.7, 0.3, 0.45), turn=rotation((0, 1, 0), 30), name="pebble")
     g.put(egg, blue, at=(-1.3, 0.25, 1.6), scale=(-0.25, 0.25, 0.6), name="mirrored pebble")
     g.light("directional", (-2, 4, 3), intensity=1.6, aim=(0, 0, 0))
-    g.camera((0.4, 3.0, 7.5), (0, 0.65, 0), 34)
+    g.camera((0.4, 3.6, 8.6), (0, 0.65, 0), 36)
     return g
 
 
@@ -57,7 +57,9 @@ def orthographic():
 
 
 def single_sided():
-    """A doll's house: walls and roof face inward and let the eye and the sun through their backs; a fence has two sides."""
+    """A doll's house with a lamp: walls and roof face inward, so the eye looks in through their backs while the lamp's light
+    stays inside. A red tray faces up: seen, but it casts no shadow, because rays from below meet its back. A blue one
+    faces down: a shadow without a tray. The fence has two sides."""
     g = Glb(color=(0.3, 0.33, 0.4))
     room = box((-1.5, 0, -1.5), (1.5, 2, 1.5))
     room.triangles = [t[::-1] for t in room.triangles]
@@ -65,11 +67,14 @@ def single_sided():
     g.put(ball(8).smooth(), g.material("ball", (0.5, 0.1, 0.1), 0.4, double=False), at=(0.5, 0.5, 0.3), scale=0.5)
     inside_out = ball(6)
     inside_out.triangles = [t[::-1] for t in inside_out.triangles]
-    g.put(inside_out, g.material("shell", (0.1, 0.3, 0.5), 0.5, double=False), at=(-0.7, 0.55, -0.4), scale=0.55)
+    g.put(inside_out, g.material("shell", (0.15, 0.45, 0.3), 0.5, double=False), at=(0.8, 0.4, -0.8), scale=0.4)
+    g.put(floor(0.35), g.material("tray up", (0.6, 0.1, 0.1), 0.6, double=False), at=(-0.9, 0.6, -0.5), name="tray up")
+    g.put(floor(0.35), g.material("tray down", (0.1, 0.1, 0.6), 0.6, double=False), at=(-0.5, 0.5, 0.6),
+          turn=rotation((1, 0, 0), 180), name="tray down")
     g.put(quad((-0.45, 0, 0), (0.45, 0, 0), (0.45, 0.6, 0), (-0.45, 0.6, 0)),
-          g.material("fence", (0.2, 0.5, 0.2), 0.7, double=True), at=(-0.6, 0.01, 0.9), turn=rotation((0, 1, 0), 160))
-    g.light("directional", (-2, 4, 2.5), intensity=2.0, aim=(0, 0, 0))
-    g.camera((2.2, 2.9, 6.0), (0, 0.8, 0), 33)
+          g.material("fence", (0.2, 0.5, 0.2), 0.7, double=True), at=(0.55, 0.01, 1.05), turn=rotation((0, 1, 0), 160))
+    g.light("point", (0.1, 1.7, 0.1), color=(1, 0.95, 0.85), intensity=3.0)
+    g.camera((2.2, 3.2, 6.0), (0, 0.85, 0), 35)
     return g
 
 

@@ -12,7 +12,7 @@ STUDIO = "studio.exr"
 def studio():
     """Latitude-longitude map: a gradient and three soft boxes, no point brighter than 9, so that it is quiet to sample."""
     boxes = [(unit((-0.55, 0.6, 0.75)), 0.42, (9.0, 8.6, 8.0)), (unit((0.95, 0.25, 0.1)), 0.35, (2.0, 3.0, 5.0)),
-             (unit((0.3, 0.35, -0.9)), 0.45, (5.0, 3.4, 2.0))]
+             (unit((-0.85, 0.25, -0.55)), 0.45, (5.0, 3.4, 2.0))]
 
     def radiance(d):
         up = 0.5 + 0.5 * d[1]
@@ -64,14 +64,14 @@ def specular_tint():
 
 
 def sheen():
-    return spheres("sheen", [[dict(base=(0.25, 0.03, 0.05), rough=0.8, specular=0.1, sheen=s, sheen_tint=t)
+    return spheres("sheen", [[dict(base=(0.04, 0.005, 0.01), rough=0.9, specular=0.0, sheen=s, sheen_tint=t)
                               for s in STEPS] for t in (0.0, 1.0)])
 
 
 def clearcoat():
     """Delta lights and a black world: the only light under which Blender 3.4.1's clearcoat is right."""
     g = Glb()
-    rows = [[g.material("coat %g gloss %g" % (c, gloss), (0.35, 0.02, 0.03), 0.6, specular=0.3, clearcoat=c,
+    rows = [[g.material("coat %g gloss %g" % (c, gloss), (0.2, 0.015, 0.02), 0.6, specular=0.3, clearcoat=c,
                         clearcoat_gloss=gloss) for gloss in (0.0, 0.3, 0.55, 0.75, 0.9)] for c in (0.3, 1.0)]
     g.light("directional", (-3, 5, 6), intensity=3.0, aim=(0, 0, 0))
     g.light("point", (7, -1, 7), color=(0.5, 0.7, 1.0), intensity=160)
@@ -80,12 +80,13 @@ def clearcoat():
 
 def anisotropy():
     """Brushed plates bent about the vertical: anisotropy in the upper row, its rotation in the lower."""
-    g = Glb(environment=STUDIO)
-    keys = dict(base=(0.95, 0.8, 0.55), rough=0.45, metal=1.0)
+    g = Glb(environment=STUDIO, strength=0.4)
+    keys = dict(base=(0.95, 0.8, 0.55), rough=0.4, metal=1.0)
     rows = [[g.material("anisotropic %g" % a, anisotropic=a, **keys) for a in STEPS],
             [g.material("rotation %g" % r, anisotropic=0.9, anisotropic_rotation=r, **keys)
              for r in (0.0, 0.125, 0.25, 0.375, 0.5, 0.875)]]
-    return arrange(g, plate(1.0, 1.0, 60), rows, tilt=20)
+    g.light("directional", (-0.5, -0.3, 6), intensity=1.2, aim=(0, 0, 0))
+    return arrange(g, plate(1.0, 1.0, 60), rows, tilt=12)
 
 
 def clearcoat_bias():

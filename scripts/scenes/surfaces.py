@@ -57,12 +57,12 @@ def textures():
     g.put(ball_shape, g.material("knurled", (0.9, 0.85, 0.75), 0.4, 1.0, textures={"normalTexture": {"index": bumps}}),
           at=(-1.35, 0.6, 0.75), turn=rotation((0, 1, 0), 15))
     g.light("directional", (4, 3.2, 2.5), color=(1, 0.95, 0.85), intensity=1.5, aim=(0, 0, 0))
-    g.camera((0.3, 2.0, 6.0), (0, 0.75, 0), 30)
+    g.camera((0.3, 2.2, 6.8), (0, 0.75, 0), 33)
     return g
 
 
-# One panel each: wrap modes in u and v, nearest?, offset, scale, rotation (radians), texture coordinates (0 runs from -0.75
-# to 1.75 over the panel; set 1 is the unit square turned by a quarter), picture.
+# One panel each: wrap modes in u and v, nearest?, offset, scale, rotation (radians), texture coordinates (0 runs from -0.7
+# to 1.6 over the panel; set 1 is the unit square turned by a quarter), picture.
 PANELS = [
     (REPEAT, REPEAT, False, None, None, None, 0, "rgb"), (MIRROR, MIRROR, False, None, None, None, 0, "rgb"),
     (CLAMP, CLAMP, False, None, None, None, 0, "rgb"), (REPEAT, CLAMP, False, None, None, None, 0, "rgb"),
@@ -95,7 +95,7 @@ def texture_settings():
              "rgb16": image.png(rows["rgb16"], 16),
              "palette": image.png([[colors.index(c) for c in row] for row in rows["palette"]], 2, palette=colors)}
     images = {name: g.image(data) for name, data in files.items()}
-    low, high = -0.75, 1.75
+    low, high = -0.7, 1.6
     sets = ([(low, high), (high, high), (high, low), (low, low)], [(0, 0), (0, 1), (1, 1), (1, 0)])
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     attributes = {"POSITION": g.accessor(corners, bounds=True), "TEXCOORD_0": g.accessor(sets[0], "VEC2"),
@@ -144,7 +144,7 @@ def vertex_colors():
           turn=rotation((0, 1, 0), -15))
     g.put(floor(4, -0.9), g.material("floor", (0.4, 0.4, 0.4), 0.8, specular=0.2))
     g.light("directional", (-2, 3, 4), intensity=1.5, aim=(0, 0, 0))
-    g.camera((0, 0.9, 7), (0, 0.05, 0), 24)
+    g.camera((0, 0.9, 7), (0, 0.05, 0), 36)
     return g
 
 
