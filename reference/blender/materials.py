@@ -11,7 +11,7 @@ from gltf import GltfError
 EXTRAS = ("specular", "specular_tint", "anisotropic", "anisotropic_rotation", "sheen", "sheen_tint", "clearcoat",
           "clearcoat_gloss", "clearcoat_roughness")
 WRAP = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
-NEAREST = (9728, 9984, 9986)  # NEAREST, NEAREST_MIPMAP_NEAREST, NEAREST_MIPMAP_LINEAR
+NEAREST = 9728
 
 
 def gloss_to_roughness(gloss):
@@ -41,8 +41,9 @@ def read_material(gltf, index):
         "normal_texture": read_texture(gltf, material.get("normalTexture")),
         "emissive_texture": read_texture(gltf, material.get("emissiveTexture")),
     }
-    _apply_extensions(result, extensions)
-    for key, value in (material.get("extras") or {}).items():
+    extras = material.get("extras") or {}
+    _apply_extensions(result, extensions, extras)
+    for key, value in extras.items():
         if not key.startswith("disney_"):
             continue
         if key[7:] not in EXTRAS:
@@ -52,23 +53,51 @@ def read_material(gltf, index):
     return result
 
 
-def _apply_extensions(result, extensions):
+def _apply_extensions(result, extensions, extras):
+    """Exact where Disney's parameters can say what the extension says, else the approximation of docs/gltf.md."""
+    base = result["base_color"]
     specular, ior = extensions.get("KHR_materials_specular"), extensions.get("KHR_materials_ior")
     if specular is not None or ior is not None:
         index = (ior or {}).get("ior", 1.5)
-        # F0 = ((ior-1)/(ior+1))^2 = .08 specular
-        result["specular"] = (specular or {}).get("specularFactor", 1.0) * ((index - 1) / (index + 1)) ** 2 / .08
+        normal_incidence = ((index - 1) / (index + 1)) ** 2 if index else 1.0  # ior 0: fully reflecting
+        color = (specular or {}).get("specularColorFactor", [1, 1, 1])
+        strength = (specular or {}).get("specularFactor", 1.0) * _luminance(color)
+        result["specular"] = min(normal_incidence * strength / .08, 1.0)  # Disney: F0 = .08 specular
+        result["specular_tint"] = _tint(color, base)
     coat = extensions.get("KHR_materials_clearcoat")
     if coat is not None:
         result["clearcoat"] = coat.get("clearcoatFactor", 0.0)
         result["clearcoat_roughness"] = coat.get("clearcoatRoughnessFactor", 0.0)
     sheen = extensions.get("KHR_materials_sheen")
     if sheen is not None:
-        result["sheen"] = max(sheen.get("sheenColorFactor", [0, 0, 0]))
-    anisotropy = extensions.get("KHR_materials_anisotropy")
-    if anisotropy is not None:
-        result["anisotropic"] = anisotropy.get("anisotropyStrength", 0.0)
-        result["anisotropic_rotation"] = anisotropy.get("anisotropyRotation", 0.0) / (2 * math.pi)
+        color = sheen.get("sheenColorFactor", [0, 0, 0])
+        result["sheen"] = max(color)
+        result["sheen_tint"] = 1 - min(color) / max(color) if max(color) > 0 else 0.0
+    anisotropy = extensions.get("KHR_materials_anisotropy", {})
+    strength = anisotropy.get("anisotropyStrength", 0.0)
+    if strength > 0 and "disney_anisotropic" not in extras:
+        # The same alphas along (t) and across (b): aspect^2 = b / t = 1 - .9 anisotropic, roughness^4 = t b.
+        across = result["roughness"] ** 2
+        along = across + (1 - across) * strength ** 2
+        result["anisotropic"] = min((1 - across / along) / .9, 1.0)
+        result["anisotropic_rotation"] = anisotropy.get("anisotropyRotation", 0.0) / (2 * math.pi) % 1
+        if result["metallic_roughness_texture"] is None:
+            result["roughness"] = (along * across) ** .25
+
+
+def _luminance(color):
+    return .3 * color[0] + .6 * color[1] + .1 * color[2]
+
+
+def _tint(color, base):
+    """The tint t in [0, 1] for which 1 + t (base / lum(base) - 1) comes closest to the hue of `color`."""
+    own, lum = _luminance(color), _luminance(base)
+    if own <= 0 or lum <= 0 or color[0] == color[1] == color[2]:
+        return 0.0
+    towards = [b / lum - 1 for b in base]
+    square = sum(d * d for d in towards)
+    wanted = sum(d * (c / own - 1) for d, c in zip(towards, color))
+    return min(max(wanted / square, 0.0), 1.0) if square > 0 else 0.0
 
 
 def read_texture(gltf, info):
@@ -83,7 +112,7 @@ def read_texture(gltf, info):
         "image": texture["source"],
         "texcoord": transform.get("texCoord", info.get("texCoord", 0)),
         "wrap": (WRAP[sampler.get("wrapS", 10497)], WRAP[sampler.get("wrapT", 10497)]),
-        "nearest": sampler.get("magFilter", sampler.get("minFilter", 9729)) in NEAREST,
+        "nearest": sampler.get("magFilter") == NEAREST,
         # Counter-clockwise as seen in the image, whose v points down, as Khronos' viewer and Blender's importer have
         # it (the GLSL in the extension's text turns the other way).
         "matrix": ((cos * sx, sin * sy, x), (-sin * sx, cos * sy, y)),

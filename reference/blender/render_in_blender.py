@@ -3,7 +3,7 @@
     blender -b --factory-startup -P render_in_blender.py -- jobs.json
 
 jobs.json: {"threads": N, "jobs": [{"name", "scene", "width", "height", "camera", "depth", "spp", "seeds": [..],
-"hide_environment", "environment", "punctual_units", "out"}]}. Seed s of a job is written to OUT.s.exr (float, linear).
+"hide_environment", "punctual_units", "out"}]}. Seed s of a job is written to OUT.s.exr (float, linear).
 Each finished or failed job prints one line `witness: {json}`, which witness.py reads. The principled BSDF stands
 against the renderer's shader `principled`; see docs/formats.md for the scene's contract.
 """
@@ -112,6 +112,13 @@ def add_spot_falloff(data, axis, cos_inner, cos_outer):
     nodes.add("ShaderNodeOutputLight", {"Surface": emission.outputs[0]})
 
 
+def demand_light(gltf):
+    """The renderer lights a scene without any light by a sky of its own; such a picture is nobody's truth."""
+    emissive = any(any(material.get("emissiveFactor", [0])) for material in gltf.list("materials"))
+    if not emissive and gltf.environment() is None and not gltf.lights():
+        raise GltfError(f"{gltf.path}: wanted a light, an emissive material or an environment, found none")
+
+
 def assign_materials(gltf, meshes, depth):
     maker, made = shading.Shading(gltf, emission_only=depth == 0), {}
     for (m, p), mesh in meshes.items():
@@ -125,6 +132,7 @@ def assign_materials(gltf, meshes, depth):
 
 def build(job):
     gltf = Gltf(job["scene"])
+    demand_light(gltf)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     meshes = geometry.import_primitives(gltf)
@@ -132,9 +140,9 @@ def build(job):
     geometry.add_instances(gltf, meshes)
     add_camera(scene, gltf, job["camera"])
     if job["depth"] > 0:
-        for light in gltf.lights(job.get("punctual_units", "auto")):
+        for light in gltf.lights(job["punctual_units"]):
             add_light(scene, light)
-    shading.build_world(gltf, job.get("hide_environment", False), job.get("environment"))
+    shading.build_world(gltf, job["hide_environment"])
     make_exact(scene, job)
     return scene
 

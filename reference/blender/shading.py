@@ -204,12 +204,10 @@ class Shading:
         return nodes.vector("NORMALIZE", nodes.vector("ADD", total, nodes.scaled(normal, z)))
 
 
-def build_world(gltf, hide_environment, override=None):
+def build_world(gltf, hide_environment):
     """Environment as the world's shader: direction (x, y, z) of glTF is Blender's (x, -z, y), so that Blender's own
     latitude-longitude look-up is the one of docs/formats.md."""
     environment = gltf.environment()
-    if override is not None:
-        environment = dict(environment or {"strength": 1.0, "rotation": 0.0}, file=override)
     world = bpy.context.scene.world = bpy.data.worlds.new("world")
     world.use_nodes = True
     nodes = Nodes(world.node_tree)
@@ -221,7 +219,6 @@ def build_world(gltf, hide_environment, override=None):
     background = nodes.add("ShaderNodeBackground", {"Color": color, "Strength": strength})
     nodes.add("ShaderNodeOutputWorld", {"Surface": background.outputs[0]})
     world.cycles_visibility.camera = not hide_environment
-    return environment
 
 
 def _environment_map(nodes, environment):
@@ -231,7 +228,14 @@ def _environment_map(nodes, environment):
         raise GltfError(f"{environment['file']}: wanted an .exr or .hdr environment, found none that opens") from None
     image.colorspace_settings.name = "Non-Color"  # texels are linear Rec.709 already
     direction = nodes.add("ShaderNodeTexCoord").outputs["Generated"]
-    direction = nodes.add("ShaderNodeVectorRotate", {"Vector": direction, "Angle": -environment.get("rotation", 0.0)},
+    direction = nodes.add("ShaderNodeVectorRotate", {"Vector": direction, "Angle": -environment["rotation"]},
                           rotation_type="Z_AXIS").outputs[0]
+    # Blender repeats the map in v as well: half a texel around each pole would mix with the other pole. A direction kept
+    # from climbing past the middle of the first and last row does not reach there, which is what clamping means.
+    x, y, z = nodes.xyz(direction)
+    across = nodes.add("ShaderNodeVectorMath", {0: nodes.combine(x, y, 0.0)}, operation="LENGTH").outputs["Value"]
+    limit = nodes.math("MULTIPLY", across, 1 / math.tan(.5 * math.pi / image.size[1]))
+    z = nodes.math("MAXIMUM", nodes.math("MINIMUM", z, limit), nodes.math("MULTIPLY", limit, -1.0))
+    direction = nodes.combine(x, y, z)
     return nodes.add("ShaderNodeTexEnvironment", {0: direction}, image=image, interpolation="Linear",
                      projection="EQUIRECTANGULAR").outputs[0]
