@@ -1,6 +1,7 @@
 #include "image/decode.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -22,6 +23,22 @@ unsigned big_endian(Bytes bytes, std::size_t at, int count) {
   return value;
 }
 
+// CRC-32 of ISO 3309, as PNG has it.
+std::uint32_t crc(Bytes bytes) {
+  static constexpr auto table = [] {
+    std::array<std::uint32_t, 256> entries{};
+    for (std::uint32_t n = 0; n < 256; ++n) {
+      entries[n] = n;
+      for (int bit = 0; bit < 8; ++bit)
+        entries[n] = entries[n] & 1 ? entries[n] >> 1 ^ 0xedb88320 : entries[n] >> 1;
+    }
+    return entries;
+  }();
+  std::uint32_t remainder = 0xffffffff;
+  for (std::uint8_t byte : bytes) remainder = table[(remainder ^ byte) & 255] ^ remainder >> 8;
+  return ~remainder;
+}
+
 void check_size(const std::string& what, std::int64_t width, std::int64_t height, const Limits& limits) {
   if (width < 1 || height < 1 || width > limits.side || height > limits.side ||
       width * height > limits.pixels)
@@ -29,10 +46,12 @@ void check_size(const std::string& what, std::int64_t width, std::int64_t height
                limits.pixels, " pixels, found ", width, " x ", height);
 }
 
-// Walks the chunks, so that a truncated or lying PNG is known before a decoder or an allocation sees it.
+// Walks the chunks and checks their sums, so that a truncated, damaged or lying PNG is known before an
+// allocation is made or libpng sees it (which would print a message of its own).
 void check_png(Bytes bytes, const std::string& what, const Limits& limits) {
   const auto fail_at = [&](std::size_t at, const char* wanted) {
-    base::fail(what, ": byte ", at, ": wanted ", wanted, ", found the end of the PNG data or something else");
+    base::fail(what, ": byte ", at, " of the PNG: wanted ", wanted,
+               ", found the end of the data or a wrong checksum");
   };
   constexpr std::size_t first_chunk = 8, header_size = 25;
   if (bytes.size() < first_chunk + header_size || big_endian(bytes, 8, 4) != 13 ||
@@ -47,6 +66,8 @@ void check_png(Bytes bytes, const std::string& what, const Limits& limits) {
     const std::size_t length = big_endian(bytes, at, 4);
     const unsigned kind = big_endian(bytes, at + 4, 4);
     if (bytes.size() - at - 12 < length) fail_at(at, "a whole chunk");
+    if (crc(bytes.subspan(at + 4, length + 4)) != big_endian(bytes, at + 8 + length, 4))
+      fail_at(at, "an undamaged chunk");
     if (kind == 0x49444154) compressed += static_cast<std::int64_t>(length);  // IDAT
     if (kind == 0x49454e44) break;                                            // IEND
     at += 12 + length;
@@ -110,12 +131,10 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
   if (!is_png && !is_jpeg) base::fail(what, ": wanted a PNG or JPEG image, found ", name_of_format(bytes));
   is_png ? check_png(bytes, what, limits) : check_jpeg(bytes, what, limits);
 
-  prepare_oiio();
   OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(data), size);  // only reads
-  OIIO::ImageSpec wishes;
-  wishes.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::open(is_png ? "memory.png" : "memory.jpg", &wishes, &memory);
-  if (!input) base::fail(what, ": cannot decode: ", OIIO::geterror());
+  std::string error;
+  const auto input = open_as(is_png ? ".png" : ".jpeg", "memory", &memory, error);
+  if (!input) base::fail(what, ": cannot decode: ", error);
   const OIIO::ImageSpec& spec = input->spec();
   check_size(what, spec.width, spec.height, limits);
   if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1)
@@ -155,9 +174,9 @@ Image read_environment(const std::string& path, const Limits& limits) {
   if (extension != ".exr" && extension != ".hdr")
     base::fail(path, ": wanted an environment map in .exr or .hdr, found ",
                extension.empty() ? "no extension" : extension);
-  prepare_oiio();
-  const auto input = OIIO::ImageInput::open(path);
-  if (!input) base::fail(path, ": cannot read: ", OIIO::geterror());
+  std::string error;
+  const auto input = open_as(extension, path, nullptr, error);
+  if (!input) base::fail(path, ": cannot read: ", error);
   const OIIO::ImageSpec& spec = input->spec();
   check_size(path, spec.width, spec.height, limits);
   if (spec.deep || spec.depth > 1 || spec.x != spec.full_x || spec.y != spec.full_y ||
