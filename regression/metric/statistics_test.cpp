@@ -1,0 +1,449 @@
+// The statistics against closed forms and hand-worked numbers, and their false-alarm rate and power against
+// synthetic renders whose truth is known. Seeds are fixed: each study gives the same counts every time.
+#include "metric/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace {
+
+using image::Image;
+using metric::Comparison;
+using metric::Noisy;
+using metric::WelchOptions;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// SplitMix64 and Box-Muller: the same numbers with every standard library.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return (static_cast<double>((z ^ (z >> 31)) >> 11) + 0.5) * 0x1p-53;
+  }
+  double normal() {
+    const double radius = std::sqrt(-2 * std::log(uniform())), angle = 2 * std::numbers::pi * uniform();
+    return radius * std::cos(angle);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+// A synthetic render: `sample` gives one replicate's value of a pixel and channel.
+struct Synthetic {
+  Image mean, variance;
+  std::vector<Image> replicates;
+  Noisy noisy() const { return {mean, variance, static_cast<int>(replicates.size())}; }
+};
+
+Synthetic synthesise(int width, int height, int replicates,
+                     const std::function<float(int x, int y, int c)>& sample) {
+  Synthetic s{Image(width, height, 3), Image(width, height, 3),
+              std::vector<Image>(replicates, Image(width, height, 3))};
+  for (Image& replicate : s.replicates)
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        for (int c = 0; c < 3; ++c) replicate.at(x, y, c) = sample(x, y, c);
+  for (std::size_t i = 0; i < s.mean.data.size(); ++i) {
+    double sum = 0, squares = 0;
+    for (const Image& r : s.replicates) sum += r.data[i];
+    const double mean = sum / replicates;
+    for (const Image& r : s.replicates) squares += (r.data[i] - mean) * (r.data[i] - mean);
+    s.mean.data[i] = static_cast<float>(mean);
+    s.variance.data[i] = static_cast<float>(squares / (replicates - 1) / replicates);
+  }
+  return s;
+}
+
+// Value 1 with normal noise of the given standard deviation per replicate.
+Synthetic normal_render(Random& random, int size, double sigma, double value = 1) {
+  return synthesise(size, size, 8,
+                    [&](int, int, int) { return static_cast<float>(value + sigma * random.normal()); });
+}
+
+// Mean 1 and a long tail: most of the light of a pixel comes from few of its replicates, as with a caustic.
+Synthetic heavy_render(Random& random, int size, double value = 1) {
+  constexpr double s = 1.5;
+  return synthesise(size, size, 8, [&](int, int, int) {
+    return static_cast<float>(value * std::exp(s * random.normal() - s * s / 2));
+  });
+}
+
+TEST(Student, AgreesWithItsClosedForms) {
+  for (const double t : {0.0, 0.1, 1.0, 2.5, -6.7, 40.0, 1e6}) {
+    const double a = std::abs(t);
+    const auto near = [](double found, double wanted) { EXPECT_NEAR(found / wanted, 1, 1e-9); };
+    near(metric::student_two_sided_p(t, 1), 2 / std::numbers::pi * std::atan2(1, a));
+    // 1 - a / sqrt(2 + a^2), written so that it does not cancel
+    near(metric::student_two_sided_p(t, 2), 2 / (std::sqrt(2 + a * a) * (std::sqrt(2 + a * a) + a)));
+    if (a < 30) near(metric::student_two_sided_p(t, infinity), std::erfc(a / std::numbers::sqrt2));
+  }
+  EXPECT_EQ(metric::student_two_sided_p(infinity, 7), 0);
+  EXPECT_TRUE(std::isnan(metric::student_two_sided_p(std::nan(""), 7)));
+}
+
+// Percentage points as printed in any statistics book (Fisher and Yates, table III).
+TEST(Student, AgreesWithTheTables) {
+  const double table[][3] = {{0.05, 1, 12.706},   {0.05, 2, 4.303},       {0.05, 10, 2.228},
+                             {0.01, 5, 4.032},    {0.01, 30, 2.750},      {0.001, 5, 6.869},
+                             {0.001, 120, 3.373}, {0.05, infinity, 1.960}};
+  for (const auto& [p, freedom, t] : table) {
+    EXPECT_NEAR(metric::student_critical(p, freedom), t, 5.1e-4) << p << " " << freedom;
+    EXPECT_NEAR(metric::student_two_sided_p(metric::student_critical(p, freedom), freedom), p, 1e-9);
+  }
+  EXPECT_EQ(metric::student_critical(1, 5), 0);
+  EXPECT_EQ(metric::student_critical(0, 5), infinity);
+}
+
+TEST(Budget, OfManyTestsTogetherIsTheSuites) {
+  for (const double budget : {1e-6, 1e-2, 0.5})
+    for (const double tests : {1.0, 3.0, 1000.0})
+      EXPECT_NEAR(-std::expm1(tests * std::log1p(-metric::sidak(budget, tests))), budget, budget * 1e-12);
+  EXPECT_NEAR(metric::case_false_alarm(100, 2), 5e-9, 1e-14);
+  // A 64 x 64 case asks for about t = 6.7 in a tile of 448 degrees of freedom.
+  const double level = metric::sidak(metric::case_false_alarm(), 65 * 4);
+  EXPECT_NEAR(metric::student_critical(level, 448), 6.8, 0.15);
+}
+
+// Two pixels, worked by hand: differences .2 and .4, variances .01 .03 (R = 5) and .02 .04 (R = 3):
+// mean .3, standard error sqrt(.1)/2, freedom .1^2 / ((.0001 + .0009)/4 + (.0004 + .0016)/2) = 8.
+TEST(Welch, AgreesWithAnExampleWorkedByHand) {
+  Image a(2, 1, 3), va(2, 1, 3), b(2, 1, 3), vb(2, 1, 3);
+  for (int c = 0; c < 3; ++c) {
+    a.at(0, 0, c) = 1, a.at(1, 0, c) = 2, b.at(0, 0, c) = 1.2f, b.at(1, 0, c) = 2.4f;
+    va.at(0, 0, c) = 0.01f, va.at(1, 0, c) = 0.03f, vb.at(0, 0, c) = 0.02f, vb.at(1, 0, c) = 0.04f;
+  }
+  const Comparison c = metric::compare_welch({a, va, 5}, {b, vb, 3});
+  ASSERT_TRUE(c.ok());
+  ASSERT_EQ(c.tiles.size(), 1u);
+  for (const metric::Difference* d : {&c.image[0], &c.image[metric::luminance], &c.tiles[0].difference[2]}) {
+    EXPECT_NEAR(d->reference, 1.5, 1e-7);
+    EXPECT_NEAR(d->test, 1.8, 1e-7);
+    EXPECT_NEAR(d->difference, 0.3, 1e-7);
+    EXPECT_NEAR(d->standard_error, std::sqrt(0.1) / 2, 1e-7);
+    EXPECT_NEAR(d->degrees_of_freedom, 8, 1e-5);
+    EXPECT_NEAR(d->t, 0.6 / std::sqrt(0.1), 1e-5);
+    EXPECT_NEAR(d->relative(), 0.2, 1e-7);
+    // t(.99, 8) = 3.3554, from the tables
+    EXPECT_NEAR(d->interval.high, (0.3 + 3.3554 * std::sqrt(0.1) / 2) / 1.5, 1e-5);
+    EXPECT_NEAR(d->interval.low, (0.3 - 3.3554 * std::sqrt(0.1) / 2) / 1.5, 1e-5);
+  }
+  EXPECT_FALSE(c.biased());
+  EXPECT_FALSE(c.equivalent());
+}
+
+TEST(Welch, TilesCoverTheImageOnceAndAddUpToIt) {
+  Random random(1);
+  const Synthetic a =
+      synthesise(21, 10, 4, [&](int, int, int) { return static_cast<float>(random.uniform()); });
+  const Synthetic b =
+      synthesise(21, 10, 4, [&](int, int, int) { return static_cast<float>(random.uniform()); });
+  const Comparison c = metric::compare_welch(a.noisy(), b.noisy());
+  ASSERT_EQ(c.tiles.size(), 6u);
+  EXPECT_EQ(c.tiles[5].x, 16);
+  EXPECT_EQ(c.tiles[5].width, 5);
+  EXPECT_EQ(c.tiles[5].height, 2);
+  double sum = 0, squares = 0;
+  for (const metric::Tile& t : c.tiles) {
+    const double n = t.width * t.height;
+    sum += t.difference[1].difference * n;
+    squares += std::pow(t.difference[1].standard_error * n, 2);
+  }
+  EXPECT_NEAR(sum / 210, c.image[1].difference, 1e-9);
+  EXPECT_NEAR(std::sqrt(squares) / 210, c.image[1].standard_error, 1e-9);
+}
+
+// What the null study counts: tests of single tiles and channels below the level, and comparisons with any
+// alarm.
+struct Rates {
+  int tests = 0, low = 0, comparisons = 0, alarms = 0;
+};
+
+Rates null_study(double level, int pairs, const std::function<Synthetic(Random&)>& render) {
+  Random random(20240607);
+  WelchOptions options;
+  options.false_alarm = level;
+  options.rounding = 0;
+  Rates rates;
+  for (int i = 0; i < pairs; ++i) {
+    const Synthetic a = render(random), b = render(random);
+    const Comparison c = metric::compare_welch(a.noisy(), b.noisy(), options);
+    ++rates.comparisons;
+    rates.alarms += c.biased();
+    for (const metric::Tile& t : c.tiles)
+      for (int q = 0; q < 3; ++q, ++rates.tests) rates.low += t.difference[q].p < level;
+  }
+  std::printf("level %.3g: single tests %.3g, whole comparisons %.3g\n", level,
+              static_cast<double>(rates.low) / rates.tests,
+              static_cast<double>(rates.alarms) / rates.comparisons);
+  return rates;
+}
+
+// The 95 % interval of a binomial count.
+double expected(int n, double p) { return n * p; }
+double spread(int n, double p) { return 1.96 * std::sqrt(n * p * (1 - p)); }
+
+TEST(NullStudy, NormalNoiseRaisesAsManyFalseAlarmsAsItMay) {
+  const Rates r = null_study(1e-2, 2000, [](Random& random) { return normal_render(random, 16, 0.3); });
+  EXPECT_NEAR(r.low, expected(r.tests, 1e-2), spread(r.tests, 1e-2));
+  EXPECT_NEAR(r.alarms, expected(r.comparisons, 1e-2), spread(r.comparisons, 1e-2));
+}
+
+// The difference of two renders is symmetric however skewed each is, and an outlier raises its own variance:
+// the test may only become more careful.
+TEST(NullStudy, HeavyTailsDoNotRaiseMoreFalseAlarmsThanTheLevel) {
+  const Rates r = null_study(1e-2, 2000, [](Random& random) { return heavy_render(random, 16); });
+  EXPECT_LE(r.low, expected(r.tests, 1e-2) + spread(r.tests, 1e-2));
+  EXPECT_GE(r.low, expected(r.tests, 1e-2) / 4) << "so careful that it sees nothing";
+  EXPECT_LE(r.alarms, expected(r.comparisons, 1e-2) + spread(r.comparisons, 1e-2));
+}
+
+TEST(NullStudy, FirefliesDoNotRaiseMoreFalseAlarmsThanTheLevel) {
+  const Rates r = null_study(1e-2, 2000, [](Random& random) {
+    return synthesise(16, 16, 8, [&](int, int, int) {
+      return static_cast<float>(1 + 0.1 * random.normal() + (random.uniform() < 1e-3 ? 100 : 0));
+    });
+  });
+  EXPECT_LE(r.low, expected(r.tests, 1e-2) + spread(r.tests, 1e-2));
+  EXPECT_LE(r.alarms, expected(r.comparisons, 1e-2) + spread(r.comparisons, 1e-2));
+}
+
+// 64 x 64, R = 8, noise 8 % per pixel and replicate: standard error of the image mean's difference .0625 %.
+TEST(Power, ABiasOfTheDetectableSizeIsFoundNineTimesInTen) {
+  Random random(77);
+  WelchOptions options;
+  options.rounding = 0;
+  const Synthetic a = normal_render(random, 64, 0.08), b = normal_render(random, 64, 0.08);
+  const double detectable = metric::compare_welch(a.noisy(), b.noisy(), options).image[0].detectable;
+  EXPECT_LT(detectable, 0.005);
+  std::printf("detectable bias of the image mean: %.3f %%\n", 100 * detectable);
+  int found = 0;
+  constexpr int trials = 200;
+  for (int i = 0; i < trials; ++i) {
+    const Synthetic r = normal_render(random, 32, 0.04), t = normal_render(random, 32, 0.04, 1 + detectable);
+    const Comparison c = metric::compare_welch(r.noisy(), t.noisy(), options);
+    // the same standard error with a quarter of the pixels at half the noise; compared at the level of 64 x
+    // 64
+    found += c.image[0].p < metric::sidak(options.false_alarm, 65 * 4);
+  }
+  EXPECT_NEAR(found, 0.9 * trials, 1.96 * std::sqrt(trials * 0.9 * 0.1));
+}
+
+TEST(Power, AHalfPercentBiasIsFoundInTheImageAndNotWhereItIsNot) {
+  Random random(5);
+  const Synthetic a = normal_render(random, 64, 0.08), same = normal_render(random, 64, 0.08);
+  const Synthetic biased = normal_render(random, 64, 0.08, 1.005);
+  const Comparison null = metric::compare_welch(a.noisy(), same.noisy());
+  EXPECT_FALSE(null.biased());
+  EXPECT_TRUE(null.equivalent());
+  EXPECT_GT(null.smallest_p, 1e-3);
+  const Comparison found = metric::compare_welch(a.noisy(), biased.noisy());
+  EXPECT_TRUE(found.biased());
+  EXPECT_FALSE(found.equivalent());
+  EXPECT_LT(found.smallest_p, 5e-9);
+  EXPECT_LT(found.image[0].interval.low, 0.005);
+  EXPECT_GT(found.image[0].interval.high, 0.005);
+  EXPECT_GT(found.image[0].interval.low, 0);
+}
+
+TEST(Power, AFaultInOneTileIsFoundThereOnly) {
+  Random random(6);
+  const Synthetic a = normal_render(random, 64, 0.08);
+  const Synthetic b = synthesise(64, 64, 8, [&](int x, int y, int c) {
+    const double fault = x / 8 == 3 && y / 8 == 5 && c == 2 ? 1.05 : 1;
+    return static_cast<float>(fault + 0.08 * random.normal());
+  });
+  const Comparison c = metric::compare_welch(a.noisy(), b.noisy());
+  EXPECT_TRUE(c.biased());
+  for (const metric::Difference& d : c.image) EXPECT_FALSE(d.significant);
+  for (const metric::Tile& t : c.tiles) EXPECT_EQ(t.significant(), t.x == 24 && t.y == 40);
+  const metric::Tile& tile = c.tiles[5 * 8 + 3];
+  EXPECT_TRUE(tile.difference[metric::blue].significant);
+  EXPECT_FALSE(tile.difference[metric::red].significant);
+  EXPECT_NEAR(tile.t(), tile.difference[metric::blue].t, 0);
+  EXPECT_GT(tile.t(), 6.7);
+}
+
+TEST(Power, TooLittleDataIsNeitherBiasedNorEquivalent) {
+  Random random(7);
+  const Synthetic a = normal_render(random, 16, 2), b = normal_render(random, 16, 2);
+  const Comparison c = metric::compare_welch(a.noisy(), b.noisy());
+  EXPECT_FALSE(c.biased());
+  EXPECT_FALSE(c.equivalent());
+  EXPECT_GT(c.image[0].detectable, 0.1);
+}
+
+TEST(Degenerate, WithoutAnyNoiseTheComparisonIsExactUpToRounding) {
+  const Image a(16, 8, 3, 0.5f), none(16, 8, 3, 0);
+  Image same = a, rounded = a, different = a;
+  rounded.at(3, 3, 1) += 1e-6f;
+  different.at(3, 3, 1) += 0.01f;
+  const Comparison equal = metric::compare_welch({a, none, 2}, {same, none, 2});
+  EXPECT_TRUE(equal.equivalent());
+  EXPECT_EQ(equal.smallest_p, 1);
+  const Comparison rounding = metric::compare_welch({a, none, 2}, {rounded, none, 2});
+  EXPECT_FALSE(rounding.biased());
+  EXPECT_TRUE(rounding.equivalent());
+  const Comparison bias = metric::compare_welch({a, none, 2}, {different, none, 2});
+  EXPECT_TRUE(bias.biased());
+  EXPECT_TRUE(bias.tiles[0].significant());
+  EXPECT_FALSE(bias.tiles[1].significant());
+  EXPECT_EQ(bias.tiles[0].difference[metric::green].t, infinity);
+}
+
+TEST(Degenerate, ABlackReferenceIsEqualToBlackAndToNothingElse) {
+  const Image black(8, 8, 3, 0), none(8, 8, 3, 0);
+  Image lit = black;
+  lit.at(1, 1, 0) = 1e-20f;
+  EXPECT_TRUE(metric::compare_welch({black, none, 2}, {black, none, 2}).equivalent());
+  const Comparison c = metric::compare_welch({black, none, 2}, {lit, none, 2});
+  EXPECT_TRUE(c.biased());
+  EXPECT_FALSE(c.equivalent());
+}
+
+TEST(Degenerate, OneReplicateOrBadNumbersAreNoVerdict) {
+  const Image a(8, 8, 3, 0.5f), v(8, 8, 3, 0.01f);
+  Image nan = a, infinite = v, negative = v;
+  nan.at(2, 2, 2) = std::nanf("");
+  infinite.at(2, 2, 2) = std::numeric_limits<float>::infinity();
+  negative.at(2, 2, 2) = -0.01f;
+  const auto failure = [&](const Noisy& r, const Noisy& t) {
+    const Comparison c = metric::compare_welch(r, t);
+    EXPECT_FALSE(c.ok());
+    EXPECT_FALSE(c.biased());
+    EXPECT_FALSE(c.equivalent());
+    return c.failure;
+  };
+  EXPECT_NE(failure({a, v, 1}, {a, v, 8}).find("reference: one replicate"), std::string::npos);
+  EXPECT_NE(failure({a, v, 8}, {a, v, 1}).find("test image: one replicate"), std::string::npos);
+  EXPECT_NE(failure({a, v, 8}, {nan, v, 8}).find("test image: 1 non-finite"), std::string::npos);
+  EXPECT_NE(failure({a, infinite, 8}, {a, v, 8}).find("reference: 1 variances"), std::string::npos);
+  EXPECT_NE(failure({a, v, 8}, {a, negative, 8}).find("test image: 1 variances"), std::string::npos);
+  EXPECT_THROW(metric::compare_welch({a, v, 8}, {Image(8, 9, 3), Image(8, 9, 3), 8}), base::Error);
+  EXPECT_THROW(metric::compare_welch({a, Image(), 8}, {a, v, 8}), base::Error);
+}
+
+// Both sides share their noise, so a lobe scaled by 1.003 shows although the noise hides it from Welch.
+TEST(Paired, SeesAThousandthWhereTheNoiseIsShared) {
+  Random random(8);
+  const Synthetic a = normal_render(random, 32, 0.5);
+  Synthetic b = a;
+  std::vector<Image> ta, tb, tc;
+  for (std::size_t r = 0; r < a.replicates.size(); ++r) {
+    for (float& v : b.replicates[r].data) v *= 1.003f;
+    ta.push_back(metric::tile_means(a.replicates[r]));
+    tb.push_back(metric::tile_means(b.replicates[r]));
+    tc.push_back(ta.back());
+    for (float& v : tc.back().data) v *= 1 + 1e-7f;
+  }
+  for (float& v : b.mean.data) v *= 1.003f;
+  EXPECT_FALSE(metric::compare_welch(a.noisy(), b.noisy()).biased());
+  const Comparison c = metric::compare_paired(ta, tb, 32, 32);
+  EXPECT_TRUE(c.biased());
+  EXPECT_NEAR(c.image[0].relative(), 0.003, 1e-4);
+  EXPECT_TRUE(metric::compare_paired(ta, ta, 32, 32).equivalent());
+  EXPECT_TRUE(metric::compare_paired(ta, tc, 32, 32).equivalent()) << "rounding is not bias";
+}
+
+TEST(Paired, RaisesAsManyFalseAlarmsAsItMay) {
+  Random random(9);
+  WelchOptions options;
+  options.false_alarm = 0.01;
+  int tests = 0, low = 0;
+  for (int i = 0; i < 1000; ++i) {
+    std::vector<Image> means[2];
+    for (int side = 0; side < 2; ++side)
+      for (int r = 0; r < 4; ++r) {
+        means[side].emplace_back(2, 2, 3);
+        for (float& v : means[side].back().data) v = static_cast<float>(1 + 0.1 * random.normal());
+      }
+    const Comparison c = metric::compare_paired(means[0], means[1], 16, 16, options);
+    for (const metric::Tile& t : c.tiles)
+      for (int q = 0; q < 3; ++q, ++tests) low += t.difference[q].p < 0.01;
+  }
+  EXPECT_NEAR(low, expected(tests, 0.01), spread(tests, 0.01));
+}
+
+TEST(Paired, WantsTheReplicatesOfBothSides) {
+  const Image tiles(2, 2, 3, 1);
+  EXPECT_THROW(metric::compare_paired({tiles, tiles}, {tiles}, 16, 16), base::Error);
+  EXPECT_THROW(metric::compare_paired({tiles, tiles}, {tiles, tiles}, 16, 24), base::Error);
+  EXPECT_FALSE(metric::compare_paired({tiles}, {tiles}, 16, 16).ok());
+  Image bad = tiles;
+  bad.at(0, 0, 0) = std::nanf("");
+  EXPECT_FALSE(metric::compare_paired({tiles, tiles}, {tiles, bad}, 16, 16).ok());
+}
+
+TEST(TileMeans, AreThoseOfThePixelsInside) {
+  Image image(5, 3, 1);
+  for (std::size_t i = 0; i < 15; ++i) image.data[i] = static_cast<float>(i);
+  const Image means = metric::tile_means(image, 2);
+  EXPECT_EQ(means.width, 3);
+  EXPECT_EQ(means.height, 2);
+  EXPECT_EQ(means.data, (std::vector<float>{3, 5, 6.5f, 10.5f, 12.5f, 14}));
+}
+
+TEST(Noise, ThatRoseOrFellIsFoundAndTheSameNoiseIsNot) {
+  Random random(10);
+  const Synthetic a = normal_render(random, 64, 0.1), same = normal_render(random, 64, 0.1);
+  const Synthetic noisier = normal_render(random, 64, 0.11), quieter = normal_render(random, 64, 0.09);
+  EXPECT_GT(metric::noise_ratio(a.noisy(), same.noisy()).p, 1e-3);
+  const metric::NoiseRatio up = metric::noise_ratio(a.noisy(), noisier.noisy());
+  EXPECT_LT(up.p, 1e-9);
+  EXPECT_NEAR(up.ratio, 1.21, 0.05);
+  EXPECT_NEAR(up.pooled, 1.21, 0.05);
+  EXPECT_LT(up.interval.low, 1.21);
+  EXPECT_GT(up.interval.high, 1.21);
+  EXPECT_EQ(up.tiles, 64);
+  const metric::NoiseRatio down = metric::noise_ratio(a.noisy(), quieter.noisy());
+  EXPECT_LT(down.p, 1e-9);
+  EXPECT_LT(down.interval.high, 1);
+}
+
+TEST(Noise, WithHeavyTailsRaisesNoMoreFalseAlarmsThanTheLevel) {
+  Random random(11);
+  int low = 0;
+  constexpr int pairs = 600;
+  for (int i = 0; i < pairs; ++i) {
+    const Synthetic a = heavy_render(random, 32), b = heavy_render(random, 32);
+    low += metric::noise_ratio(a.noisy(), b.noisy()).p < 0.01;
+  }
+  EXPECT_LE(low, expected(pairs, 0.01) + spread(pairs, 0.01));
+}
+
+TEST(Noise, WithoutAnyIsNoClaimAndNoiseFromNothingIs) {
+  const Image a(64, 64, 3, 1), none(64, 64, 3, 0), some(64, 64, 3, 0.1f), small(8, 8, 3, 1);
+  EXPECT_EQ(metric::noise_ratio({a, none, 2}, {a, none, 2}).p, 1);
+  EXPECT_EQ(metric::noise_ratio({a, some, 2}, {a, some, 2}).p, 1);
+  EXPECT_EQ(metric::noise_ratio({a, none, 2}, {a, some, 2}).p, 0);
+  EXPECT_EQ(metric::noise_ratio({small, small, 2}, {small, small, 2}).p, 1);
+}
+
+TEST(Witness, AgreesIfTheDifferenceAndItsErrorFitIntoTheMargin) {
+  metric::Difference d;
+  d.scale = 2;
+  d.difference = -0.003;
+  d.standard_error = 0.001;
+  EXPECT_TRUE(metric::agrees(d, 0.00326));
+  EXPECT_FALSE(metric::agrees(d, 0.00324));
+  d.standard_error = 0;
+  EXPECT_TRUE(metric::agrees(d, 0.0015));
+  d.difference = std::nan("");
+  EXPECT_FALSE(metric::agrees(d, 0.5));
+  EXPECT_TRUE(metric::flip_agrees(0.054, 0.04));
+  EXPECT_FALSE(metric::flip_agrees(0.056, 0.04));
+  EXPECT_FALSE(metric::flip_agrees(std::nan(""), 0.04));
+}
+
+}  // namespace
