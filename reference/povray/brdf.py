@@ -70,23 +70,48 @@ def parse(items):
     return disney_sdl.complete(parameters), light, lobe
 
 
-def remake(out):
-    """Every configuration of brdf.json, with progress."""
+def listing():
+    """brdf.json, with each entry's stored file and the header string that says what it is."""
     with open(LIST) as file:
-        listing = json.load(file)
+        content = json.load(file)
+    for entry in content["configurations"]:
+        entry["options"] = json.dumps(entry, sort_keys=True, separators=(",", ":"))
+    return content["size"], content["configurations"]
+
+
+def path_of(entry, out):
+    return os.path.join(out, f"brdf_{entry['name']}.exr")
+
+
+def stale(out):
+    """(entry, why) of each stored picture that is not today's."""
+    found = []
+    for entry in listing()[1]:
+        path = path_of(entry, out)
+        header = exr.read(path)[2] if os.path.exists(path) else None
+        if header is None:
+            found.append((entry, "missing"))
+        elif header.get("assay:options") != entry["options"]:
+            found.append((entry, "stale: options differ"))
+        elif header.get("assay:script_hash") != exr.script_hash():
+            found.append((entry, "stale: script hash differs"))
+    return found
+
+
+def remake(entries, out):
+    """Renders these entries of brdf.json, with progress."""
+    size = listing()[0]
     os.makedirs(out, exist_ok=True)
-    entries = listing["configurations"]
+    pov.version()
 
     def render(entry):
-        return evaluate(entry["model"], entry["parameters"], entry["light"], listing["size"], entry["lobe"])
+        return evaluate(entry["model"], entry["parameters"], entry["light"], size, entry["lobe"])
 
     # POV-Ray spends most of a small render waiting for its own threads: four at a time.
-    pov.version()
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
         for number, (entry, pixels) in enumerate(zip(entries, pool.map(render, entries)), 1):
-            exr.write(os.path.join(out, f"brdf_{entry['name']}.exr"), pixels, {
-                "assay:witness": pov.version(), "assay:script_hash": exr.script_hash(),
-                "assay:options": json.dumps(entry, sort_keys=True, separators=(",", ":"))})
+            exr.write(path_of(entry, out), pixels, {"assay:witness": pov.version(), "assay:script_hash": exr.script_hash(),
+                                                    "assay:options": entry["options"]})
             print(f"[{number}/{len(entries)}] brdf_{entry['name']}: full scale {pixels.max():.6g}", flush=True)
 
 
@@ -100,7 +125,7 @@ def main():
     parser.add_argument("--out", default=os.path.join(HERE, "renders"), metavar="DIR", help="where --all writes")
     arguments = parser.parse_args()
     if arguments.all:
-        return remake(arguments.out)
+        return remake(listing()[1], arguments.out)
     if not arguments.model or not 1 <= arguments.size <= 4096:
         parser.error("wanted a MODEL and a size in [1, 4096]")
     parameters, light, lobe = parse(arguments.values)

@@ -30,11 +30,15 @@ def picture_hash(case, scene_hash):
                           .encode("utf-8")).hexdigest()
 
 
-def write(path, pixels, header, variance=None):
-    """(h, w, 3) -> float R G B, with `variance` also half variance.R .G .B. Written aside, then moved: never half a file."""
+def write(path, pixels, header, variance=None, coverage=None):
+    """(h, w, 3) -> float R G B; with `variance` half variance.R .G .B, with `coverage` float A. Written aside, then moved: never half a file."""
     height, width = pixels.shape[:2]
     planes = np.asarray(pixels, dtype=np.float32)
     names, formats = ["R", "G", "B"], [oiio.FLOAT] * 3
+    if coverage is not None:
+        planes = np.concatenate([planes, np.asarray(coverage, dtype=np.float32)[..., None]], axis=2)
+        names.append("A")
+        formats.append(oiio.FLOAT)
     if variance is not None:
         # Half holds nothing above 65504: a header scale keeps larger variances (formats.md).
         scale, top = 1.0, float(np.max(variance, initial=0))

@@ -106,3 +106,28 @@ def render_function(red, green, blue, body, width, height):
     """
     high, low = (render(body(glow(word(red), word(green), word(blue))), width, height) for word in (high_word, low_word))
     return join(high, low)
+
+
+def linear_png(data, factor, where):
+    """An sRGB PNG or JPEG as a 16-bit PNG of linear colour times `factor`."""
+    with tempfile.TemporaryDirectory(prefix="assay-povray-") as folder:
+        path = os.path.join(folder, "in.png" if data[:4] == b"\x89PNG" else "in.jpg")
+        with open(path, "wb") as file:
+            file.write(data)
+        source = oiio.ImageInput.open(path)
+        if not source:
+            raise Failure(f"{where}: the texture cannot be read: {oiio.geterror()}")
+        spec = source.spec()
+        sixteen = spec.format == oiio.UINT16
+        codes = np.array(source.read_image("uint16" if sixteen else "uint8"), float) / (FULL if sixteen else 255)
+        source.close()
+        codes = codes.reshape(spec.height, spec.width, spec.nchannels)
+        codes = codes[:, :, :3] if spec.nchannels >= 3 else np.repeat(codes[:, :, :1], 3, axis=2)
+        linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4) * factor
+        path = os.path.join(folder, "out.png")
+        out = oiio.ImageOutput.create(path)
+        out.open(path, oiio.ImageSpec(spec.width, spec.height, 3, oiio.UINT16))
+        out.write_image(np.rint(np.clip(linear, 0, 1) * FULL).astype(np.uint16))
+        out.close()
+        with open(path, "rb") as file:
+            return file.read()
