@@ -52,7 +52,7 @@ void write_canonical(const json& value, std::string& out) {
     for (const auto& [key, element] : value.items()) {
       if (!first) out += ',';
       first = false;
-      out += json(key).dump(-1, ' ', true) + ':';
+      out += json(key).dump() + ':';
       write_canonical(element, out);
     }
     out += '}';
@@ -67,7 +67,7 @@ void write_canonical(const json& value, std::string& out) {
     if (!std::isfinite(value.get<double>())) throw std::logic_error("canonical_json: non-finite number");
     out += python_repr(value.get<double>());
   } else {
-    out += value.dump(-1, ' ', true);
+    out += value.dump();
   }
 }
 

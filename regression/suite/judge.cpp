@@ -83,7 +83,8 @@ const metric::Comparison* GoldenResult::deciding() const {
 }
 
 std::uint32_t fresh_seed(std::uint32_t seed, int look) {
-  return seed + 0x9e3779b9u * static_cast<std::uint32_t>(look + 1);  // odd steps: never the seed itself
+  // Below 2^31, because an EXR header holds signed integers.
+  return (seed + 1000003u * static_cast<std::uint32_t>(look)) & 0x7fffffffu;
 }
 
 std::string data_fault(const Case& c, const image::Render& render) {

@@ -1,0 +1,21 @@
+// What a run leaves for people and for the report: build/results/NAME.json per case, build/run.json, and
+// lines on the terminal. The schema is in docs/formats.md, "Results".
+#pragma once
+
+#include <string>
+
+#include "app/run.h"
+
+namespace app {
+
+void write_result(const RunOptions& options, const CaseOutcome& outcome);
+void write_run(const RunOptions& options, const RunResult& result);
+
+// "IDENTICAL  cornell  0.41 s  FLIP 0/0.05  RMSE 0/0.02  sees 0.4 %  blender AGREES", then, indented, a line
+// per reason.
+std::string line_of(const CaseOutcome& outcome, bool require_witnesses);
+
+// Counts of verdicts, orphans, exit code: a few lines.
+std::string summary_of(const RunOptions& options, const RunResult& result);
+
+}  // namespace app
