@@ -1,64 +1,59 @@
 #include "app/defaults.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "app/parse.h"
 #include "base/error.h"
+#include "math/transcendental.h"
 
 namespace app {
 namespace {
 
 using math::Vec3;
 
-struct Box {
-  Vec3 least{std::numeric_limits<float>::max()}, most{std::numeric_limits<float>::lowest()};
-  bool empty() const { return least.x > most.x; }
-};
-
-Box bounds(const scene::Scene& scene) {
-  Box box;
+// Calls visit(p) with every vertex of every instance in world space.
+template <typename Visit>
+void for_each_vertex(const scene::Scene& scene, const Visit& visit) {
   for (const scene::Instance& instance : scene.instances)
     for (const Vec3& position : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
       const Vec3 p = math::transform_point(instance.to_world, position);
-      if (!math::is_finite(p)) continue;
-      box.least = {std::fmin(box.least.x, p.x), std::fmin(box.least.y, p.y), std::fmin(box.least.z, p.z)};
-      box.most = {std::fmax(box.most.x, p.x), std::fmax(box.most.y, p.y), std::fmax(box.most.z, p.z)};
+      if (math::is_finite(p)) visit(p);
     }
-  return box;
 }
 
 }  // namespace
 
+// A point with coordinates (r, u, b) along right, up and back is inside the view of an eye at (er, eu, eb) if
+// |r - er| <= (eb - b) tx and |u - eu| <= (eb - b) ty. So with R = max(r + b tx) and L = max(-r + b tx) over
+// all points, the nearest eye has er = (R - L) / 2 and eb = (R + L) / (2 tx); the same in the other axis.
 std::optional<scene::Camera> framing_camera(const scene::Scene& scene, float aspect) {
-  const Box box = bounds(scene);
-  if (box.empty()) return {};
-  const Vec3 half = (box.most - box.least) * .5f;
-  const Vec3 centre = box.least + half;
-
   scene::Camera camera;
   camera.name = "framed";
   camera.yfov = .6f;
   const Vec3 back = math::normalize({.55f, .45f, 1});
   const Vec3 right = math::normalize(math::cross({0, 1, 0}, back));
   const Vec3 up = math::cross(back, right);
-
-  // A corner q of the box, relative to the centre, is inside the view from distance d if |q.right| and |q.up|
-  // are at most (d - q.back) times the tangent of half the angle.
   const float margin = 1.08f;
-  const float tan_y = std::tan(camera.yfov / 2), tan_x = tan_y * aspect;
-  float distance = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 q{(corner & 1) ? half.x : -half.x, (corner & 2) ? half.y : -half.y,
-                 (corner & 4) ? half.z : -half.z};
-    const float needed =
-        std::fmax(std::fabs(math::dot(q, right)) / tan_x, std::fabs(math::dot(q, up)) / tan_y);
-    distance = std::fmax(distance, math::dot(q, back) + margin * needed);
-  }
-  if (!(distance > 0)) distance = 1;  // a single point
+  float sine, cosine;
+  math::sin_cos(camera.yfov / 2, sine, cosine);
+  const float ty = sine / cosine / margin, tx = ty * aspect;
 
-  const Vec3 eye = centre + back * distance;
+  constexpr float lowest = std::numeric_limits<float>::lowest();
+  float to_right = lowest, to_left = lowest, to_top = lowest, to_bottom = lowest, nearest_b = lowest;
+  for_each_vertex(scene, [&](const Vec3& p) {
+    const float r = math::dot(p, right), u = math::dot(p, up), b = math::dot(p, back);
+    to_right = std::fmax(to_right, r + b * tx);
+    to_left = std::fmax(to_left, -r + b * tx);
+    to_top = std::fmax(to_top, u + b * ty);
+    to_bottom = std::fmax(to_bottom, -u + b * ty);
+    nearest_b = std::fmax(nearest_b, b);
+  });
+  if (nearest_b == lowest) return {};
+  float distance = std::fmax((to_right + to_left) / (2 * tx), (to_top + to_bottom) / (2 * ty));
+  if (!(distance > nearest_b)) distance = nearest_b + 1;  // a single point
+
+  const Vec3 eye = right * ((to_right - to_left) / 2) + up * ((to_top - to_bottom) / 2) + back * distance;
   camera.to_world[0] = {right.x, right.y, right.z, 0};
   camera.to_world[1] = {up.x, up.y, up.z, 0};
   camera.to_world[2] = {back.x, back.y, back.z, 0};
@@ -80,16 +75,24 @@ bool has_light(const scene::Scene& scene) {
 scene::Environment neutral_environment() {
   scene::Environment sky;
   sky.map.name = "neutral sky";
-  sky.map.width = 4;
+  sky.map.width = 64;
   sky.map.height = 32;
-  for (int y = 0; y < sky.map.height; ++y) {
-    // The cosine to the zenith of the row's middle; a smooth step of .1 hides the horizon's edge.
-    const float up = std::cos(math::pi * (static_cast<float>(y) + .5f) / static_cast<float>(sky.map.height));
-    const float above = math::mix(.75f, 1.f, math::saturate(up));
-    const float t = math::saturate((up + .1f) / .2f);
-    const float value = math::mix(.3f, above, t * t * (3 - 2 * t));
-    for (int x = 0; x < sky.map.width; ++x) sky.map.texels.push_back({value, value, value, 1});
-  }
+  const Vec3 key = math::normalize({-.6f, .8f, .7f});
+  for (int y = 0; y < sky.map.height; ++y)
+    for (int x = 0; x < sky.map.width; ++x) {
+      const float theta = math::pi * (static_cast<float>(y) + .5f) / static_cast<float>(sky.map.height);
+      const float phi =
+          2 * math::pi * ((static_cast<float>(x) + .5f) / static_cast<float>(sky.map.width) - .5f);
+      float sin_theta, cos_theta, sin_phi, cos_phi;
+      math::sin_cos(theta, sin_theta, cos_theta);
+      math::sin_cos(phi, sin_phi, cos_phi);
+      const Vec3 d{sin_theta * cos_phi, cos_theta, sin_theta * sin_phi};
+      // Floor to sky in a smooth step that hides the horizon's edge, and a broad glow.
+      const float t = math::saturate((d.y + .2f) / .4f);
+      const float base = math::mix(.2f, .45f, t * t * (3 - 2 * t));
+      const float value = base + 4 * math::pow(math::saturate(math::dot(d, key)), 12.f);
+      sky.map.texels.push_back({value, value, value, 1});
+    }
   return sky;
 }
 

@@ -15,7 +15,8 @@ std::optional<scene::Camera> framing_camera(const scene::Scene& scene, float asp
 // Whether anything in the scene can send light: an emissive material in use, a lamp, an environment.
 bool has_light(const scene::Scene& scene);
 
-// A soft neutral sky: radiance 1 at the zenith, .75 at the horizon, .3 below.
+// A soft neutral sky: radiance .45 above, .2 below, and a broad glow over the left shoulder that shows
+// shapes.
 scene::Environment neutral_environment();
 
 scene::Environment constant_environment(const math::Vec3& radiance);

@@ -55,14 +55,15 @@ json describe_light(const scene::Light& light) {
 }
 
 std::string plural(std::uint64_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  const std::string ending = count == 1 ? "" : what.back() == 'h' ? "es" : "s";
+  return std::to_string(count) + " " + what + ending;
 }
 
 // "key value, key value": one line of an object, its name and kind aside.
 std::string one_line(const json& object) {
   std::string text;
   for (const auto& [key, value] : object.items()) {
-    if (key == "name" || key == "kind") continue;
+    if (key == "name" || key == "kind" || value == false) continue;
     std::string word = key;
     for (char& c : word) c = c == '_' ? ' ' : c;
     text += (text.empty() ? "" : ", ") + word;
@@ -124,11 +125,12 @@ json describe(const Options& options, const scene::Scene& scene, const std::stri
               {"cameras", json::array()},
               {"warnings", scene.warnings},
               {"notes", options.notes},
+              {"choices", options.choices},
               {"options", decisive(options, scene)},
               {"reduced", json::array()}};
   for (const scene::Material& m : scene.materials) out["materials"].push_back(describe_material(m));
   for (const scene::Bitmap& b : scene.bitmaps)
-    out["textures"].push_back({{"name", b.name}, {"width", b.width}, {"height", b.height}});
+    out["textures"].push_back({{"name", b.name}, {"size", json::array({b.width, b.height})}});
   for (const scene::Light& light : scene.lights) out["lights"].push_back(describe_light(light));
   for (const scene::Camera& camera : scene.cameras) {
     json c = {{"name", camera.name}, {"kind", camera.orthographic ? "orthographic" : "perspective"}};
@@ -141,8 +143,8 @@ json describe(const Options& options, const scene::Scene& scene, const std::stri
   if (scene.environment) {
     const scene::Environment& e = *scene.environment;
     out["environment"] = {{"name", e.map.name},
-                          {"width", e.map.width},
-                          {"height", e.map.height},
+                          {"size", json::array({e.map.width, e.map.height})},
+
                           {"strength", decimal(e.strength)},
                           {"rotation_degrees", decimal(e.rotation * 180 / math::pi)}};
   }
@@ -155,9 +157,9 @@ std::string describe_text(const json& d) {
   const auto count = [&](const char* key) { return d.at(key).get<std::uint64_t>(); };
   std::string text = d.at("scene").get<std::string>() + "\n  sha256 " + d.at("hash").get<std::string>() +
                      "\n\nIn the file\n";
-  text += "  " + plural(count("meshes"), "mesh").append(count("meshes") == 1 ? "" : "") + " of " +
-          plural(count("triangles"), "triangle") + ", " + plural(count("instances"), "instance") +
-          " showing " + plural(count("instanced_triangles"), "triangle") + "\n";
+  text += "  " + plural(count("meshes"), "mesh") + " of " + plural(count("triangles"), "triangle") + ", " +
+          plural(count("instances"), "instance") + " showing " +
+          plural(count("instanced_triangles"), "triangle") + "\n";
   const auto list = [&](const char* key, const char* what) {
     text += "  " + plural(d.at(key).size(), what) + "\n";
     int index = 0;
@@ -184,7 +186,8 @@ std::string describe_text(const json& d) {
     for (const json& line : d.at(key)) text += "  " + line.get<std::string>() + "\n";
   };
   lines("reduced", "Rendered as");
-  lines("notes", "Chosen for you");
+  lines("notes", "Added");
+  lines("choices", "Chosen");
   lines("warnings", "Not rendered, or approximated");
   text += "\nOptions\n  " + one_line(d.at("options")) + "\n";
   return text;

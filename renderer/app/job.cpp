@@ -18,7 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using integrator::Shader;
 
-constexpr double save_interval_seconds = 5;
+constexpr double save_interval_seconds = 5, pass_seconds = 2;
 
 volatile std::sig_atomic_t signal_received = 0;
 
@@ -30,17 +30,13 @@ bool needs_light(Shader shader) {
          shader != Shader::texcoord && shader != Shader::position;
 }
 
-// How many samples to add next. Doubling lets whoever stops early keep a whole, only noisier, picture; the
-// result does not depend on it.
-int next_pass(const Options& options, int done, double seconds) {
-  const integrator::Settings& r = options.render;
-  int count = std::max(done, r.replicates);
-  if (options.save_progress && done > 0) {
-    const double affordable = std::min(save_interval_seconds * done / std::max(seconds, 1e-6), 1e9);
-    count =
-        std::min(count, std::max(r.replicates, static_cast<int>(affordable) / r.replicates * r.replicates));
-  }
-  return std::min(count, r.spp - done);
+// How many samples to add next. Doubling lets whoever stops early keep a whole, only noisier, picture, and a
+// few seconds are enough for one pass, so that a stop is quick; the result does not depend on it.
+int next_pass(const integrator::Settings& settings, int done, double seconds) {
+  if (done == 0) return settings.replicates;
+  const double affordable = std::min(pass_seconds * done / std::max(seconds, 1e-6), 1e9);
+  const int whole = static_cast<int>(affordable) / settings.replicates * settings.replicates;
+  return std::min({done, std::max(whole, settings.replicates), settings.spp - done});
 }
 
 }  // namespace
@@ -147,12 +143,12 @@ Result run(Options& options, Stage& stage, Console& console) {
 
   // Passes of samples until all are there or a signal says stop.
   const Clock::time_point render_start = Clock::now();
-  Clock::time_point last_save = render_start;
+  Clock::time_point last_save{};  // long ago: the first pass is shown at once
   console.start_progress();
   bool stopped = stop_signal() != 0;
   while (result.samples < settings.spp && !stopped) {
     const int first = result.samples;
-    const int count = next_pass(options, first, since(render_start));
+    const int count = next_pass(settings, first, since(render_start));
     const bool finished = renderer.render(film, first, count, [&](const integrator::Status& status) {
       const double done = (first + status.fraction * count) / settings.spp;
       console.progress(done, first + static_cast<int>(status.fraction * count), settings.spp,

@@ -145,7 +145,7 @@ const std::vector<Row>& table() {
       {"replicates", "", g_samples, "K",
        "independent parts of the samples, whose spread is the variance; divides the\nsamples (the largest "
        "divisor up to 8)",
-       true, [](Options& o, S v) { o.render.replicates = parse_integer(v, 1, 1024); }},
+       true, [](Options& o, S v) { o.render.replicates = parse_integer(v, 1, 64); }},
       {"seed", "", g_samples, "N", "of the random numbers (1)", true,
        [](Options& o, S v) { o.render.seed = static_cast<std::uint32_t>(parse_integer(v, 0, 0x7fffffff)); }},
       {"sampler", "", g_samples, "NAME", "sobol (Owen-scrambled, default), random", true,
@@ -184,7 +184,7 @@ const std::vector<Row>& table() {
        [](Options& o, S v) { set_file(o.log, v); }},
 
       {"threads", "", g_running, "N", "0 is all (0); the picture does not depend on it", true,
-       [](Options& o, S v) { o.render.threads = parse_integer(v, 0, 4096); }},
+       [](Options& o, S v) { o.render.threads = parse_integer(v, 0, 1024); }},
       {"fastest-isa", "", g_running, "",
        "all of the CPU's vector instructions; last bits then depend on the CPU", true,
        [](Options& o, S) { o.render.fastest_isa = true; }},
@@ -268,13 +268,13 @@ void complete(Options& o) {
   if (r.width == 0 && r.height == 0) {
     r.width = default_width;
     r.height = default_height;
-    o.notes.push_back("size 960 x 540: none was given");
+    o.choices.push_back("size 960 x 540: none was given");
   } else if (r.width == 0) {
     r.width = std::max(1, (r.height * 16 + 4) / 9);
-    o.notes.push_back("width " + std::to_string(r.width) + ": from the height as 16:9");
+    o.choices.push_back("width " + std::to_string(r.width) + ": from the height as 16:9");
   } else if (r.height == 0) {
     r.height = std::max(1, (r.width * 9 + 8) / 16);
-    o.notes.push_back("height " + std::to_string(r.height) + ": from the width as 16:9");
+    o.choices.push_back("height " + std::to_string(r.height) + ": from the width as 16:9");
   }
   if (o.has("crop") && (r.crop_x + r.crop_width > r.width || r.crop_y + r.crop_height > r.height))
     base::fail("--crop: wanted a part of the ", r.width, " x ", r.height, " picture, found ",
@@ -288,9 +288,9 @@ void complete(Options& o) {
   if (r.replicates == 0) {
     r.replicates = default_replicates;
     while (r.spp % r.replicates != 0) --r.replicates;
-    o.notes.push_back("replicates " + std::to_string(r.replicates) + ": the largest divisor of " +
-                      std::to_string(r.spp) + " samples up to 8" +
-                      (r.replicates == 1 ? ", so there will be no variance" : ""));
+    o.choices.push_back("replicates " + std::to_string(r.replicates) + ": the largest divisor of " +
+                        std::to_string(r.spp) + " samples up to 8" +
+                        (r.replicates == 1 ? ", so there will be no variance" : ""));
   }
 
   if (!o.environment.empty() && o.environment_color)

@@ -34,7 +34,8 @@ struct Options {
   bool info = false, json = false, quiet = false, help = false, version = false;
 
   std::map<std::string, std::string> given;  // every option set so far and its text
-  std::vector<std::string> notes;            // what complete() chose or found odd, one line each
+  // One line each, about what nobody asked for: choices only --info mentions, notes are always said.
+  std::vector<std::string> choices, notes;
 
   Options() { render.width = render.height = render.spp = render.replicates = 0; }
   bool has(const std::string& name) const { return given.count(name) > 0; }

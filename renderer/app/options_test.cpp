@@ -248,7 +248,7 @@ TEST(Job, refuses_values_of_the_wrong_type_and_options_of_the_command_line) {
 TEST(Help, names_every_option_and_every_exit_code) {
   const std::string text = help();
   for (const Row& row : table())
-    EXPECT_TRUE(row.name == "scene" || text.find("--" + row.name), std::string::npos) << row.name;
+    EXPECT_TRUE(row.name == "scene" || text.find("--" + row.name) != std::string::npos) << row.name;
   for (const char* code : {"  0  ", "  2  ", "  130  "}) EXPECT_NE(text.find(code), std::string::npos);
   for (const std::string& line : split(text, '\n')) EXPECT_LE(line.size(), 110u) << line;
 }

@@ -69,7 +69,7 @@ std::string shortest(float value) {
 
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
   std::string best;
-  size_t best_distance = 1 + std::max<size_t>(1, word.size() / 3);
+  size_t best_distance = 1 + std::max<size_t>(1, (word.size() + 2) / 3);
   for (const std::string& candidate : candidates) {
     const bool starts = word.size() >= 3 && candidate.compare(0, word.size(), word) == 0;
     const size_t distance = starts ? 1 : edit_distance(word, candidate);
