@@ -119,7 +119,8 @@ void check_extensions(Document& document) {
   std::string names;
   for (const std::string& name : supported) names += (names.empty() ? "" : ", ") + name;
   for (const json& name : list(document.json, "extensionsRequired"))
-    if (!known(name)) fail_in(document.file, "extensionsRequired", "one of " + names, name.get<std::string>());
+    if (!known(name))
+      fail_in(document.file, "extensionsRequired", "one of " + names, name.get<std::string>());
   for (const json& name : list(document.json, "extensionsUsed"))
     if (!known(name)) document.ignored.push_back("extension " + name.get<std::string>() + " is not rendered");
 }
