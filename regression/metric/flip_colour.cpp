@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstdint>
 
+#include "metric/vector_clones.h"
+
 namespace metric {
 
 namespace {
 
 // log2 of a normal positive number: exponent, and atanh series of the mantissa in [sqrt(1/2), sqrt(2)).
-inline float log2_fast(float x) {
+[[gnu::always_inline]] inline float log2_fast(float x) {
   const std::int32_t bits = std::bit_cast<std::int32_t>(x);
   const std::int32_t shifted = bits - 0x3f3504f3;
   const std::int32_t exponent = shifted >> 23;
@@ -21,7 +23,7 @@ inline float log2_fast(float x) {
 }
 
 // 2^y for y in [-126, 127]: Taylor series of the fraction in [-1/2, 1/2].
-inline float exp2_fast(float y) {
+[[gnu::always_inline]] inline float exp2_fast(float y) {
   constexpr float round = 12582912;  // 1.5 * 2^23: adding it leaves the nearest integer in the low bits
   const float shifted = y + round;
   const float f = y - (shifted - round);
@@ -36,7 +38,7 @@ inline float exp2_fast(float y) {
 }
 
 // x^p for x >= 0 and p x-exponents within range; 0^p is 0.
-inline float pow_fast(float x, float p) {
+[[gnu::always_inline]] inline float pow_fast(float x, float p) {
   float y = p * log2_fast(x);
   y = y < -126 ? -126 : y;
   const float power = exp2_fast(y);
@@ -45,7 +47,7 @@ inline float pow_fast(float x, float p) {
 
 // Cube root of x in about [1e-3, 2]: a guess from the exponent, then two Halley steps, each tripling the
 // digits.
-inline float cbrt_fast(float x) {
+[[gnu::always_inline]] inline float cbrt_fast(float x) {
   const std::int32_t bits = std::bit_cast<std::int32_t>(x);
   const auto guess = static_cast<std::int32_t>(static_cast<float>(bits) * (1 / 3.0f)) + 709921077;
   float y = std::bit_cast<float>(guess);
@@ -56,7 +58,7 @@ inline float cbrt_fast(float x) {
   return y;
 }
 
-inline float clamp01(float v) {
+[[gnu::always_inline]] inline float clamp01(float v) {
   v = v > 0 ? v : 0;
   return v < 1 ? v : 1;
 }
@@ -106,7 +108,7 @@ constexpr MatrixF to_float(const Matrix& a) {
 constexpr MatrixF to_xyz = to_float(relative_xyz), from_xyz = to_float(from_relative_xyz);
 
 // CIELab's response: cube root, and its tangent-like line below (6/29)^3.
-inline float lab_response(float t) {
+[[gnu::always_inline]] inline float lab_response(float t) {
   constexpr float delta = 6.0f / 29;
   const float line = t * (1 / (3 * delta * delta)) + 4.0f / 29;
   const float root = cbrt_fast(t < 1e-3f ? 1e-3f : t);
@@ -155,14 +157,14 @@ constexpr float brightest = 1e9f;
 
 }  // namespace
 
-void clamp01(Planes3 rgb, int n) {
+METRIC_VECTOR_CLONES void clamp01(Planes3 rgb, int n) {
   for (float* p : {rgb.r, rgb.g, rgb.b}) {
 #pragma omp simd
     for (int x = 0; x < n; ++x) p[x] = clamp01(p[x]);
   }
 }
 
-void decode_srgb(Planes3 rgb, int n) {
+METRIC_VECTOR_CLONES void decode_srgb(Planes3 rgb, int n) {
   for (float* p : {rgb.r, rgb.g, rgb.b}) {
 #pragma omp simd
     for (int x = 0; x < n; ++x) {
@@ -173,7 +175,7 @@ void decode_srgb(Planes3 rgb, int n) {
   }
 }
 
-void tone_map_rows(Planes3 rgb, ToneMapper tone_mapper, float gain, int n) {
+METRIC_VECTOR_CLONES void tone_map_rows(Planes3 rgb, ToneMapper tone_mapper, float gain, int n) {
   if (tone_mapper == ToneMapper::reinhard) {
 #pragma omp simd
     for (int x = 0; x < n; ++x) {
@@ -208,7 +210,7 @@ double tone_mapper_target(ToneMapper tone_mapper) {
   return a == 0 ? -d / b : (-b + std::sqrt(b * b - 4 * a * d)) / (2 * a);
 }
 
-void to_opponent(Planes3 rgb, int n) {
+METRIC_VECTOR_CLONES void to_opponent(Planes3 rgb, int n) {
   constexpr MatrixF m = to_xyz;
 #pragma omp simd
   for (int i = 0; i < n; ++i) {
@@ -222,7 +224,7 @@ void to_opponent(Planes3 rgb, int n) {
   }
 }
 
-void opponent_to_hunt_lab(Planes3 opponent, int n) {
+METRIC_VECTOR_CLONES void opponent_to_hunt_lab(Planes3 opponent, int n) {
   constexpr MatrixF m = to_xyz, inv = from_xyz;
 #pragma omp simd
   for (int i = 0; i < n; ++i) {
@@ -240,12 +242,17 @@ void opponent_to_hunt_lab(Planes3 opponent, int n) {
   }
 }
 
-void magnitude(const float* x, const float* y, float* out, int n) {
+METRIC_VECTOR_CLONES void add(const float* from, float* to, int n) {
+#pragma omp simd
+  for (int i = 0; i < n; ++i) to[i] += from[i];
+}
+
+METRIC_VECTOR_CLONES void magnitude(const float* x, const float* y, float* out, int n) {
 #pragma omp simd
   for (int i = 0; i < n; ++i) out[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
 }
 
-void colour_difference(Planes3 reference, Planes3 test, float* out, int n) {
+METRIC_VECTOR_CLONES void colour_difference(Planes3 reference, Planes3 test, float* out, int n) {
   // Most of [0,1] goes to the smaller differences: 0.95 at 40 % of the largest.
   static const double largest = largest_difference();
   const auto knee = static_cast<float>(0.4 * largest);
@@ -260,8 +267,9 @@ void colour_difference(Planes3 reference, Planes3 test, float* out, int n) {
   }
 }
 
-void combine(const float* edge_reference, const float* edge_test, const float* point_reference,
-             const float* point_test, float* error, int n) {
+METRIC_VECTOR_CLONES void combine(const float* edge_reference, const float* edge_test,
+                                  const float* point_reference, const float* point_test, float* error,
+                                  int n) {
 #pragma omp simd
   for (int i = 0; i < n; ++i) {
     const float edge = std::abs(edge_reference[i] - edge_test[i]);

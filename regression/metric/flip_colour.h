@@ -25,6 +25,8 @@ void tone_map_rows(Planes3 rgb, ToneMapper tone_mapper, float gain, int n);
 void to_opponent(Planes3 rgb, int n);
 // Back to linear light, cut to [0,1], CIELab with the Hunt effect: L, 0.01 L a, 0.01 L b; in place.
 void opponent_to_hunt_lab(Planes3 opponent, int n);
+// to += from
+void add(const float* from, float* to, int n);
 // out = sqrt(x^2 + y^2)
 void magnitude(const float* x, const float* y, float* out, int n);
 // Colour difference in [0,1] of two rows of Hunt-adjusted Lab.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "metric/vector_clones.h"
+
 namespace metric {
 
 namespace {
@@ -45,8 +47,9 @@ std::vector<double> sensitivity(double b, int radius, double pixels_per_degree) 
 // which changes nothing in a kernel of sum 0 or 1 but its rounding: a flat image then has derivatives of
 // exactly 0, and FLIP takes a square root of those.
 template <int even, int odd, bool centred>
-void run(Rows rows, const HalfKernel* const (&kernels)[even + odd], float* const (&outs)[even + odd],
-         const float (&centre_weights)[even + odd], int n) {
+[[gnu::always_inline]] inline void run(Rows rows, const HalfKernel* const (&kernels)[even + odd],
+                                       float* const (&outs)[even + odd],
+                                       const float (&centre_weights)[even + odd], int n) {
   constexpr int count = even + odd;
   const int pairs = static_cast<int>(kernels[0]->size()) - 1;
   const float* const centre = rows[0];
@@ -129,22 +132,23 @@ FlipKernels::FlipKernels(double pixels_per_degree) {
   for (HalfKernel* kernel : {&a, &g, &edge, &point}) kernel->resize(longest, 0.0f);
 }
 
-void filter(Rows rows, const HalfKernel& kernel, float* out, int n) {
+METRIC_VECTOR_CLONES void filter(Rows rows, const HalfKernel& kernel, float* out, int n) {
   run<1, 0, false>(rows, {&kernel}, {out}, {kernel[0]}, n);
 }
 
-void filter_two(Rows rows, const HalfKernel& k0, const HalfKernel& k1, float* out0, float* out1, int n) {
+METRIC_VECTOR_CLONES void filter_two(Rows rows, const HalfKernel& k0, const HalfKernel& k1, float* out0,
+                                     float* out1, int n) {
   run<2, 0, false>(rows, {&k0, &k1}, {out0, out1}, {k0[0], k1[0]}, n);
 }
 
-void filter_derivatives(Rows rows, const HalfKernel& even, const HalfKernel& odd, float* out_even,
-                        float* out_odd, int n) {
+METRIC_VECTOR_CLONES void filter_derivatives(Rows rows, const HalfKernel& even, const HalfKernel& odd,
+                                             float* out_even, float* out_odd, int n) {
   run<1, 1, true>(rows, {&even, &odd}, {out_even, out_odd}, {0, 0}, n);
 }
 
-void filter_luminance(Rows rows, const HalfKernel& k0, const HalfKernel& k1, const HalfKernel& even,
-                      const HalfKernel& odd, float* out0, float* out1, float* out_even, float* out_odd,
-                      int n) {
+METRIC_VECTOR_CLONES void filter_luminance(Rows rows, const HalfKernel& k0, const HalfKernel& k1,
+                                           const HalfKernel& even, const HalfKernel& odd, float* out0,
+                                           float* out1, float* out_even, float* out_odd, int n) {
   run<3, 1, true>(rows, {&k0, &k1, &even, &odd}, {out0, out1, out_even, out_odd}, {1, 1, 0, 0}, n);
 }
 

@@ -43,7 +43,7 @@ struct Strip::Side {
     filter(column(red_green, y), kernels_.rg, out(1), n);
     filter(column(blue_yellow_1, y), kernels_.by1, out(2), n);
     filter(column(blue_yellow_2, y), kernels_.by2, out(3), n);
-    for (int x = 0; x < n; ++x) out(2)[x] += out(3)[x];
+    add(out(3), out(2), n);
     opponent_to_hunt_lab(colour(), n);
 
     // Edges: (edge, Gauss) along (x, y) and the other way round; points likewise.
@@ -85,12 +85,15 @@ struct Strip::Side {
     const Planes3 source{source_.data(), source_.data() + stride, source_.data() + 2 * stride};
     const float* const row = image_->data.data() + static_cast<std::size_t>(y) * image_->width * 3;
     const int first = area_.x - pairs_, last = image_->width - 1;
-    for (int i = 0; i < n; ++i) {
-      const float* const pixel = row + static_cast<std::size_t>(std::clamp(first + i, 0, last)) * 3;
+    const auto copy = [&](int i, const float* pixel) {
       source.r[i] = pixel[0];
       source.g[i] = pixel[1];
       source.b[i] = pixel[2];
-    }
+    };
+    const int inside = std::clamp(-first, 0, n), outside = std::clamp(last + 1 - first, inside, n);
+    for (int i = 0; i < inside; ++i) copy(i, row);
+    for (int i = inside; i < outside; ++i) copy(i, row + static_cast<std::size_t>(first + i) * 3);
+    for (int i = outside; i < n; ++i) copy(i, row + static_cast<std::size_t>(last) * 3);
     if (transfer.kind == Transfer::tone_mapped) {
       tone_map_rows(source, transfer.tone_mapper, transfer.gain, n);
     } else {
