@@ -146,19 +146,19 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
   decoded.texels.reserve(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
   constexpr int rows = 64;
   const std::size_t channels = static_cast<std::size_t>(spec.nchannels);
-  const bool deep = spec.format != OIIO::TypeUInt8;
-  const float maximum = deep ? 65535 : 255;
+  const bool wide = spec.format != OIIO::TypeUInt8;
+  const float maximum = wide ? 65535 : 255;
   std::vector<std::uint16_t> row16;
   std::vector<std::uint8_t> row8;
   for (int y = 0; y < spec.height; y += rows) {
     const int end = std::min(y + rows, spec.height);
     const std::size_t values =
         static_cast<std::size_t>(end - y) * static_cast<std::size_t>(spec.width) * channels;
-    deep ? row16.resize(values) : row8.resize(values);
-    if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, deep ? OIIO::TypeUInt16 : OIIO::TypeUInt8,
-                               deep ? static_cast<void*>(row16.data()) : row8.data()))
+    wide ? row16.resize(values) : row8.resize(values);
+    if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, wide ? OIIO::TypeUInt16 : OIIO::TypeUInt8,
+                               wide ? static_cast<void*>(row16.data()) : row8.data()))
       base::fail(what, ": cannot decode rows ", y, " to ", end - 1, ": ", input->geterror());
-    const auto value = [&](std::size_t i) { return static_cast<float>(deep ? row16[i] : row8[i]) / maximum; };
+    const auto value = [&](std::size_t i) { return static_cast<float>(wide ? row16[i] : row8[i]) / maximum; };
     for (std::size_t i = 0; i < values; i += channels) {
       const bool grey = channels <= 2;
       decoded.texels.push_back({value(i), value(grey ? i : i + 1), value(grey ? i : i + 2),

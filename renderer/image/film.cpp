@@ -12,18 +12,18 @@ Film::Film(int width, int height, int replicates) : width_(width), height_(heigh
   rejected_.resize(pixels);
 }
 
-const Film::Cell& Film::cell(int x, int y, int replicate) const {
+size_t Film::index(int x, int y, int replicate) const {
   assert(x >= 0 && x < width_ && y >= 0 && y < height_ && replicate >= 0 && replicate < replicates_);
   const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
-  return cells_[pixel * static_cast<size_t>(replicates_) + static_cast<size_t>(replicate)];
+  return pixel * static_cast<size_t>(replicates_) + static_cast<size_t>(replicate);
 }
 
 void Film::add(int x, int y, int replicate, const math::Vec3& radiance) {
   if (!math::is_finite(radiance) || radiance.x < 0 || radiance.y < 0 || radiance.z < 0) {
-    ++rejected_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+    ++rejected_[index(x, y, replicate) / static_cast<size_t>(replicates_)];
     return;
   }
-  Cell& sum = const_cast<Cell&>(cell(x, y, replicate));
+  Cell& sum = cells_[index(x, y, replicate)];
   for (int c = 0; c < 3; ++c) sum.sum[c] += radiance[c];
   ++sum.count;
 }

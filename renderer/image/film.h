@@ -34,7 +34,8 @@ class Film {
     double sum[3] = {0, 0, 0};
     std::int64_t count = 0;
   };
-  const Cell& cell(int x, int y, int replicate) const;
+  size_t index(int x, int y, int replicate) const;  // into cells_
+  const Cell& cell(int x, int y, int replicate) const { return cells_[index(x, y, replicate)]; }
   int width_, height_, replicates_;
   std::vector<Cell> cells_;             // (y * width + x) * replicates + replicate
   std::vector<std::int32_t> rejected_;  // per pixel

@@ -34,16 +34,29 @@ inline constexpr float largest_u = 0x1.fffffep-1f;
 // 32 random bits to [0, 1 - 2^-24]: the low bits are cut, never rounded up to 1.
 inline float to_unit_float(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
-inline constexpr std::uint32_t reverse_bits(std::uint32_t v) {
+// Also of each of several numbers at once (detail::Four).
+template <typename Bits>
+constexpr Bits reverse_bits(Bits v) {
   v = ((v >> 1) & 0x55555555) | ((v & 0x55555555) << 1);
   v = ((v >> 2) & 0x33333333) | ((v & 0x33333333) << 2);
   v = ((v >> 4) & 0x0f0f0f0f) | ((v & 0x0f0f0f0f) << 4);
-  return __builtin_bswap32(v);
+  v = ((v >> 8) & 0x00ff00ff) | ((v & 0x00ff00ff) << 8);
+  return (v >> 16) | (v << 16);
 }
 
 namespace detail {
 
 using Sobol4 = std::array<std::uint32_t, 4>;
+
+// Four numbers in one register (an extension that g++ and clang share): two and a half times as fast as one
+// by one.
+typedef std::uint32_t Four __attribute__((vector_size(16)));
+typedef float FourFloats __attribute__((vector_size(16)));
+typedef std::int32_t FourSigned __attribute__((vector_size(16)));
+inline FourFloats to_unit_floats(Four bits) {
+  return __builtin_convertvector(std::bit_cast<FourSigned>(bits >> 8), FourFloats) * 0x1p-24f;
+}
+inline Four load(const Sobol4& v) { return std::bit_cast<Four>(v); }
 
 // [k][n][d]: dimension d of the points whose index has nibble k equal to n and all others zero; index and
 // value both with their bits reversed. Any point is the exclusive or of eight entries: 2 KiB, always in the
@@ -88,7 +101,8 @@ alignas(64) inline constexpr SobolTable sobol_table = make_sobol_table();
 
 // Owen scrambling of a number whose bits are reversed: each bit is flipped or not by a hash of the bits below
 // it.
-inline std::uint32_t scramble_reversed(std::uint32_t v, std::uint32_t key) {
+template <typename Bits>
+Bits scramble_reversed(Bits v, Bits key) {
   v ^= v * 0x3d20adea;
   v += key;
   v *= (key >> 16) | 1;
@@ -128,20 +142,11 @@ class Sampler {
 
     // Shuffle the index, look up Sobol's point, scramble it.
     const std::uint32_t index = detail::scramble_reversed(reversed_index_, low(c));
-    detail::Sobol4 v = {};
-    for (int k = 0; k < 8; ++k) {
-      const detail::Sobol4& entry = detail::sobol_table[k][(index >> (4 * k)) & 15];
-      for (int d = 0; d < 4; ++d) v[d] ^= entry[d];
-    }
-    const std::uint32_t keys[4] = {low(a), high(a), low(b), high(b)};
-    for (int d = 0; d < 4; ++d) v[d] = reverse_bits(detail::scramble_reversed(v[d], keys[d]));
-    return {to_unit_float(v[0]), to_unit_float(v[1]), to_unit_float(v[2]), to_unit_float(v[3])};
-  }
-
-  // Hash number n of this sample, apart from all groups: for decisions that need no stratification.
-  std::uint32_t bits(std::uint32_t n) const {
-    const std::uint64_t sample = key_ + hash64(static_cast<std::uint64_t>(reversed_index_) << 32 | n);
-    return high(hash64(sample));
+    detail::Four v = detail::load(detail::sobol_table[0][index & 15]);
+    for (int k = 1; k < 8; ++k) v ^= detail::load(detail::sobol_table[k][(index >> (4 * k)) & 15]);
+    v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(a), high(a), low(b), high(b)}));
+    const detail::FourFloats u = detail::to_unit_floats(v);
+    return {u[0], u[1], u[2], u[3]};
   }
 
  private:
