@@ -13,7 +13,7 @@ import bpy
 import numpy
 from mathutils import Vector
 
-if not hasattr(numpy, "bool"):
+if "bool" not in vars(numpy):
     numpy.bool = bool  # the exporter of Blender 3.4 spells it so; numpy has dropped the name
 
 
@@ -75,11 +75,11 @@ def build():
     for loop in ground.data.uv_layers[0].data:
         loop.uv = loop.uv * 2.25
 
-    bpy.ops.mesh.primitive_monkey_add(size=1.7, location=(-0.35, 0.1, 1.02), rotation=(-0.5, 0, 0.35))
+    bpy.ops.mesh.primitive_monkey_add(size=1.7, location=(-0.35, 0.1, 0.74), rotation=(-0.5, 0, 0.35))
     head = bpy.context.object
     head.modifiers.new("finer", "SUBSURF").levels = 1
     smooth(head)
-    head.data.materials.append(material("copper", (0.75, 0.36, 0.22), 0.4, 1.0, specular=0.5))
+    head.data.materials.append(material("copper", (0.75, 0.36, 0.22), 0.5, 1.0, specular=0.5))
 
     bpy.ops.mesh.primitive_cube_add(size=0.9, location=(1.45, 0.5, 0.46), rotation=(0, 0, 0.5))
     block = bpy.context.object
@@ -91,7 +91,7 @@ def build():
     top = max(range(len(block.data.polygons)), key=lambda i: block.data.polygons[i].center.z)
     block.data.polygons[top].material_index = 1
 
-    bpy.ops.mesh.primitive_cylinder_add(vertices=20, radius=0.16, depth=0.3, location=(0.75, -1.0, 0.16))
+    bpy.ops.mesh.primitive_cylinder_add(vertices=20, radius=0.16, depth=0.3, location=(0.9, -0.75, 0.16))
     pin = bpy.context.object
     smooth(pin, auto=40)
     row = pin.modifiers.new("row", "ARRAY")
@@ -99,10 +99,14 @@ def build():
     row.constant_offset_displace = (0.42, 0.12, 0)
     pin.data.materials.append(material("enamel", (0.1, 0.4, 0.35), 0.3))
 
-    bpy.ops.mesh.primitive_cone_add(vertices=4, radius1=0.2, depth=0.5, location=(-1.6, -0.7, 0.26), rotation=(0, 0, 0.4))
+    bpy.ops.mesh.primitive_cone_add(vertices=4, radius1=0.2, depth=0.5, location=(-1.25, -0.85, 0.26), rotation=(0, 0, 0.4))
     spike = bpy.context.object
+    centre = bpy.data.objects.new("centre", None)
+    centre.location = (-0.45, 0, 0)
+    bpy.context.scene.collection.objects.link(centre)
     mirror = spike.modifiers.new("other side", "MIRROR")
-    mirror.mirror_object = head
+    mirror.use_axis = (True, False, False)
+    mirror.mirror_object = centre
     spike.data.materials.append(material("glow", (0.05, 0.05, 0.05), 0.7, emission=(0.5, 0.22, 0.05)))
 
     for kind, name, energy, color, place in (("POINT", "key", 900, (1, 0.9, 0.8), (-3.0, -3.2, 4.2)),
@@ -114,8 +118,8 @@ def build():
 
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0.6, -7.2, 3.0)
-    camera.data.lens = 52
-    aim(camera, (0.1, 0, 0.75))
+    camera.data.lens = 78
+    aim(camera, (0.15, 0, 0.55))
     scene.collection.objects.link(camera)
     scene.camera = camera
     scene.render.resolution_x = scene.render.resolution_y = 512

@@ -1,6 +1,7 @@
 """Every file of regression/scenes and the function that makes its bytes."""
 
 import basic_pl
+import card
 import closed
 import lights
 import meshes
@@ -8,6 +9,7 @@ import parameters
 import surfaces
 
 SCENES = (
+    (card, "brdf_card"),
     (closed, "cornell furnace_box furnace_environment furnace_mirror furnace_point spot_flux"),
     (parameters, "roughness_metallic specular specular_tint sheen clearcoat anisotropy clearcoat_bias"),
     (lights, "sun_sky area_gloss many_lights punctual direct_shadows mirror"),

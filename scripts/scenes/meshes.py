@@ -38,7 +38,7 @@ def instances():
     g.put(egg, blue, at=(2.2, 0.3, 0.9), scale=(0.7, 0.3, 0.45), turn=rotation((0, 1, 0), 30), name="pebble")
     g.put(egg, blue, at=(-1.3, 0.25, 1.6), scale=(-0.25, 0.25, 0.6), name="mirrored pebble")
     g.light("directional", (-2, 4, 3), intensity=1.6, aim=(0, 0, 0))
-    g.camera((0.4, 3.6, 8.6), (0, 0.65, 0), 36)
+    g.camera((0.0, 3.6, 8.6), (-0.3, 0.65, 0), 38)
     return g
 
 
@@ -83,7 +83,7 @@ def smooth_silhouette():
     facet falls where the smooth normal still sees the light."""
     g = Glb(environment=STUDIO, strength=0.5)
     coarse = icosphere(1).smooth()
-    for x, y, keys in ((-1.1, 1.05, dict(base=(0.9, 0.8, 0.6), rough=0.2, metal=1.0)),
+    for x, y, keys in ((-1.1, 1.05, dict(base=(0.9, 0.8, 0.6), rough=0.3, metal=1.0)),
                        (1.1, 1.05, dict(base=(0.15, 0.3, 0.6), rough=0.3)),
                        (-1.1, -1.05, dict(base=(0.6, 0.25, 0.15), rough=0.9, sheen=0.8)),
                        (1.1, -1.05, dict(base=(0.8, 0.8, 0.8), rough=0.0, metal=1.0))):

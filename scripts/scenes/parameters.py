@@ -40,9 +40,11 @@ def arrange(g, shape, rows, tilt=0.0):
     return g
 
 
-def spheres(name, rows):
-    """rows: lists of keyword dictionaries for Glb.material."""
+def spheres(name, rows, rim=None):
+    """rows: lists of keyword dictionaries for Glb.material. rim: irradiance of a light from behind and above."""
     g = Glb(environment=STUDIO)
+    if rim:
+        g.light("directional", (0.5, 3, -3), intensity=rim, aim=(0, 0, 0))
     return arrange(g, ball().smooth(), [[g.material("%s %d %d" % (name, j, i), **keys) for i, keys in enumerate(row)]
                                         for j, row in enumerate(rows)])
 
@@ -65,7 +67,7 @@ def specular_tint():
 
 def sheen():
     return spheres("sheen", [[dict(base=(0.04, 0.005, 0.01), rough=0.9, specular=0.0, sheen=s, sheen_tint=t)
-                              for s in STEPS] for t in (0.0, 1.0)])
+                              for s in STEPS] for t in (0.0, 1.0)], rim=2.0)
 
 
 def clearcoat():
