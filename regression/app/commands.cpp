@@ -96,7 +96,7 @@ int run_command(const RunArguments& a, const std::string& program) {
   };
   options.on_case = [&](const CaseOutcome& c) {
     clear();
-    std::cout << line_of(c, a.require_witnesses) << std::endl;
+    std::cout << line_of(c) << std::endl;
   };
   if (terminal)
     options.on_progress = [&](const std::string& line) { clear(), std::cerr << line << std::flush; };

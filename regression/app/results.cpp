@@ -199,7 +199,7 @@ void write_run(const RunOptions& options, const RunResult& result) {
   write_json(options.layout.build + "/run.json", out);
 }
 
-std::string line_of(const CaseOutcome& outcome, bool require_witnesses) {
+std::string line_of(const CaseOutcome& outcome) {
   std::ostringstream line;
   char head[160];
   std::snprintf(head, sizeof head, "%-10s %-32s %6.2f s", suite::name(outcome.golden.verdict),
@@ -211,15 +211,23 @@ std::string line_of(const CaseOutcome& outcome, bool require_witnesses) {
       if (m.limit) line << "/" << short_number(*m.limit);
     }
   if (outcome.golden.detectable > 0) line << "  sees " << suite::percent(outcome.golden.detectable);
+  // Closed forms come in numbers: those that agree are only counted.
+  int analytic = 0, analytic_passed = 0;
   for (const WitnessOutcome& w : outcome.witnesses) {
+    if (w.entry.kind == suite::WitnessKind::analytic) {
+      ++analytic, analytic_passed += w.result.passed;
+      continue;
+    }
     line << "  " << w.entry.label << " " << suite::name(w.result.verdict);
     if (w.entry.expect_differs && w.result.passed) line << " (as expected)";
   }
+  if (analytic) line << "  analytic " << analytic_passed << "/" << analytic << " AGREES";
   if (!outcome.golden.reason.empty()) line << "\n           " << outcome.golden.reason;
   for (const WitnessOutcome& w : outcome.witnesses) {
-    const bool skipped = w.result.verdict == suite::Verdict::skipped;
-    if ((!w.result.passed && !(skipped && !require_witnesses)) || skipped)
-      line << "\n           " << w.entry.label << ": " << w.result.reason;
+    if (w.result.reason == outcome.golden.reason) continue;  // no picture at all: said once
+    if (!w.result.passed)
+      line << "\n           " << w.entry.label << " " << suite::name(w.result.verdict) << ": "
+           << w.result.reason;
   }
   return line.str();
 }

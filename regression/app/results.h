@@ -13,7 +13,7 @@ void write_run(const RunOptions& options, const RunResult& result);
 
 // "IDENTICAL  cornell  0.41 s  FLIP 0/0.05  RMSE 0/0.02  sees 0.4 %  blender AGREES", then, indented, a line
 // per reason.
-std::string line_of(const CaseOutcome& outcome, bool require_witnesses);
+std::string line_of(const CaseOutcome& outcome);
 
 // Counts of verdicts, orphans, exit code: a few lines.
 std::string summary_of(const RunOptions& options, const RunResult& result);

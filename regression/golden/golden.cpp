@@ -211,6 +211,7 @@ std::vector<std::string> orphans(const suite::Layout& layout) {
   }
   for (const char* kind : {"/blender", "/povray"})
     for (const std::string& picture : pictures(layout.reference + kind + "/renders")) {
+      if (picture.rfind("brdf_", 0) == 0) continue;  // lobes over a sphere, judged by reference/povray/brdf_test.cpp
       const std::string file = layout.reference + kind + "/renders/" + picture + ".exr";
       if (!wanted.count(file)) lines.push_back(file + ": wanted a case with this witness, found none");
     }

@@ -83,7 +83,7 @@ bool RendererCommand::understands(const std::string& placeholder) const {
 }
 
 std::string RendererCommand::text() const {
-  if (!is_template()) return program_ + " --batch JOBS --json";
+  if (!is_template()) return program_ + " --batch JOBS --json --quiet";
   std::string all;
   for (const std::string& word : template_) all += (all.empty() ? "" : " ") + word;
   return all;
@@ -176,7 +176,7 @@ std::vector<Outcome> RendererCommand::run_batch(const std::vector<Job>& jobs, co
 
     size_t finished_here = 0;
     const ProcessEnd end = run_process(
-        {program_, "--batch", list_file, "--json"}, jobs[open.front()].timeout_s,
+        {program_, "--batch", list_file, "--json", "--quiet"}, jobs[open.front()].timeout_s,
         [&](const std::string& line) {
           const json report = json::parse(line, nullptr, false);
           if (!report.is_object() || !report.contains("out") || !report["out"].is_string()) return 0.;

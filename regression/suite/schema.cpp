@@ -226,7 +226,7 @@ void check_schema(const std::string& file, const json& value, const json& schema
 
 std::string near_miss(const std::string& word, const std::vector<std::string>& words) {
   std::string best;
-  size_t best_distance = std::max<size_t>(1, word.size() / 3) + 1;
+  size_t best_distance = std::max<size_t>(2, word.size() / 3) + 1;
   for (const std::string& other : words) {
     // Levenshtein distance, one row at a time.
     std::vector<size_t> row(other.size() + 1);
