@@ -149,6 +149,11 @@ class Sampler {
     return {u[0], u[1], u[2], u[3]};
   }
 
+  // Hash number n of this sample, apart from all groups: for decisions that need no stratification.
+  std::uint32_t bits(std::uint32_t n) const {
+    return high(hash64(key_ + hash64(static_cast<std::uint64_t>(reversed_index_) << 32 | n)));
+  }
+
  private:
   static std::uint32_t low(std::uint64_t v) { return static_cast<std::uint32_t>(v); }
   static std::uint32_t high(std::uint64_t v) { return static_cast<std::uint32_t>(v >> 32); }
