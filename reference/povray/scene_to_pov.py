@@ -9,7 +9,8 @@ POV-Ray is left-handed only where it fills in vectors itself. Here every camera 
 glTF's right-handed coordinates go in as they are. A matrix has row vectors, so its twelve numbers are the columns of
 glTF's. mesh2 keeps vertices in object space and turns the ray, so vertices keep glTF's own float values.
 
-The world is scaled to a radius of about 1000, because POV-Ray ignores occluders nearer than 0.001 (unit: one).
+The world is scaled to a radius of about 1000, because POV-Ray ignores occluders nearer than 0.001 (in its units) and
+mesh hits nearer than 1e-6 in the mesh's own space; that one is blown up likewise, by a power of two, which loses no bit.
 mesh2's interior is the side from which vertices run counter-clockwise, glTF's front; faces are given clockwise.
 """
 
@@ -66,6 +67,7 @@ class Material:
         self.where = f"{scene.path}: material '{data.get('name', index)}'"
         self.base = np.array(pbr.get("baseColorFactor", (1, 1, 1, 1)), float)
         self.metallic, self.roughness = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0)
+        self.extras, self.textured = extras, "Texture" in str(data)
         self.specular = extras.get("disney_specular", 0.5)
         self.emission = (np.array(data.get("emissiveFactor", (0, 0, 0)), float)
                          * extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0))
@@ -85,6 +87,15 @@ class Material:
     @property
     def is_mirror(self):
         return self.metallic == 1 and self.roughness <= MIRROR_ROUGHNESS and not self.metal_map
+
+    def disney(self):
+        """The parameters of disney_sdl.py, for a material without textures."""
+        values = {key: self.extras[f"disney_{key}"] for key in (
+            "specular", "specular_tint", "anisotropic", "anisotropic_rotation", "sheen", "sheen_tint", "clearcoat",
+            "clearcoat_roughness") if f"disney_{key}" in self.extras}
+        if "disney_clearcoat_gloss" in self.extras:
+            values["clearcoat_roughness"] = math.sqrt(0.1 - 0.099 * self.extras["disney_clearcoat_gloss"])
+        return {"base": tuple(self.base[:3]), "metallic": self.metallic, "roughness": self.roughness, **values}
 
     def is_black(self):
         return not self.base[:3].any()
@@ -143,15 +154,17 @@ class Scene:
         return (f"camera {{ {kind} location {numbers(eye * self.scale)} direction {numbers(-z)} "
                 f"right {numbers(x * tall * aspect)} up {numbers(y * tall)} }}\n")
 
-    def _matrix(self, world):
+    def _matrix(self, world, blow_up):
         m = world[:3] * self.scale
+        m[:, :3] /= blow_up
         return "matrix " + numbers([m[row, column] for column in range(4) for row in range(3)])
 
     def _mesh(self, mesh, texture, uv=None):
         def vectors(name, values):
             return f"  {name} {{ {len(values)}, " + ",".join(map(numbers, values)) + " }\n"
 
-        text = "mesh2 {\n" + vectors("vertex_vectors", mesh.positions)
+        blow_up = 2.0**round(math.log2(RADIUS / (np.abs(mesh.positions).max() or 1)))
+        text = "mesh2 {\n" + vectors("vertex_vectors", mesh.positions * blow_up)
         if mesh.normals is not None:
             text += vectors("normal_vectors", mesh.normals)
         if uv is not None:
@@ -159,15 +172,29 @@ class Scene:
         text += f"  face_indices {{ {len(mesh.triangles)}, " + ",".join(
             f"<{a},{c},{b}>" for a, b, c in mesh.triangles) + " }\n"
         inside = "" if mesh.material.double_sided else "interior_" + CLEAR + "\n"
-        return text + self._matrix(mesh.world) + "\n" + texture + inside + "}\n"
+        return text + self._matrix(mesh.world, blow_up) + "\n" + texture + inside + "}\n"
+
+    def _check_normals(self, mesh):
+        """POV-Ray takes a triangle whose three normals agree for a flat one and forgets them; glTF does not."""
+        if mesh.normals is None:
+            return
+        p, n = mesh.positions[mesh.triangles], mesh.normals[mesh.triangles]
+        flat = np.abs(n - n[:, :1]).max((1, 2)) < 1e-9
+        face = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        leaning = np.linalg.norm(np.cross(face, n[:, 0]), axis=1) > 1e-3 * np.linalg.norm(face, axis=1)
+        if (flat & leaning).any():
+            raise pov.Failure(f"{mesh.material.where}: wanted vertex normals that differ or stand on their triangle, found "
+                              f"{(flat & leaning).sum()} triangles with one oblique normal")
 
     def one_texture(self, texture, width, height):
         """All surfaces with the same world-space texture: position and normal."""
         text = self._camera(width, height)
         for mesh in self.meshes:
             self._refuse_alpha(mesh)
-            if mesh.material.normal_map and "slope" in texture:
-                raise pov.Failure(f"{mesh.material.where}: the quantity normal knows no normal maps")
+            if "slope" in texture:
+                self._check_normals(mesh)
+                if mesh.material.normal_map:
+                    raise pov.Failure(f"{mesh.material.where}: the quantity normal knows no normal maps")
             text += self._mesh(mesh, texture if mesh.material.alpha > 0 else CLEAR)
         return text
 
@@ -188,8 +215,9 @@ class Scene:
             m = mesh.material
             self._refuse_alpha(mesh)
             self._check_material(mesh, quantity, emissive)
+            self._check_normals(mesh)
             transmit = 1 - m.alpha
-            finish = f"ambient 0 diffuse 1/pi emission 0 specular 0 brilliance 1"
+            finish = "ambient 0 diffuse 1/pi emission 0 specular 0 brilliance 1"
             uv = None
             if quantity == "mirror" and m.is_mirror:
                 pigment = "rgb 0"

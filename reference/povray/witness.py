@@ -18,6 +18,8 @@ import time
 import numpy as np
 
 import brdf
+import brdf_numpy
+import disney_sdl
 import exr
 import pov
 import scene_to_pov
@@ -74,12 +76,39 @@ def radiance(scene, quantity, width, height, depth):
     return cells.mean((2, 3)), (spread + rounding) / GRID**4
 
 
+def card(scene, case):
+    """(pixels, hit): the BRDF of a scene that is a picture of a sphere's normals, one quad per pixel, facing an
+    orthographic camera, under one directional light. No geometry enters but the normals, which are checked."""
+    width, height = case["size"]
+    materials = {m.material.where: m.material for m in scene.meshes}
+    material, light = list(materials.values())[0], scene.lights[0] if scene.lights else None
+    if (len(materials) > 1 or material.textured or material.emission.any() or scene.environment or width != height
+            or scene.camera["type"] != "orthographic" or len(scene.lights) != 1 or light["kind"] != "directional"):
+        raise pov.Failure(f"{scene.path}: wanted, for the quantity brdf, one plain material, one directional light and an "
+                          "orthographic camera with a square image")
+    # Into the camera's frame, which is brdf.py's: each triangle's normals are those of the pixel its centre lies in.
+    eye = scene.camera_world[:3, :3]
+    half = scene.camera["orthographic"]["ymag"]
+    sphere, hit = brdf_numpy.sphere_normals(width)[0], position(scene, width, height)[1]
+    for mesh in scene.meshes:
+        centre = (mesh.world_positions[mesh.triangles].mean(1) - scene.camera_world[:3, 3]) @ eye / half
+        i, j = ((centre[:, 0] + 1) / 2 * width).astype(int), ((1 - centre[:, 1]) / 2 * height).astype(int)
+        if mesh.normals is None or ((i | j) < 0).any() or np.maximum(i, j).max() >= width or np.abs(
+                mesh.normals[mesh.triangles] @ mesh.world[:3, :3].T @ eye - sphere[j, i][:, None]).max() > 1e-6:
+            raise pov.Failure(f"{scene.path}: wanted, for the quantity brdf, the normals of a sphere that fills the image")
+    options = case.get("options", {})
+    constant = options.get("d-constant", "auto")
+    parameters = disney_sdl.complete({**material.disney(), "d_gamma": options.get("d-gamma", 2.0),
+                                      "d_constant": None if constant == "auto" else float(constant)})
+    pixels = brdf.evaluate(case["shader"], parameters, eye.T @ light["matrix"][:3, 2], width)
+    return np.where(hit[..., None], pixels * light["intensity"], 0), hit
+
+
 def make(case, quantity, path):
     """Renders one witness of one case into `path`."""
     file = os.path.join(REGRESSION, "scenes", case["scene"])
     width, height = case["size"]
-    options = case.get("options", {})
-    units = options.get("punctual-units", "auto")
+    units = case.get("options", {}).get("punctual-units", "auto")
     header = {"assay:witness": pov.version(), "assay:script_hash": exr.script_hash(),
               "assay:scene_hash": scene_hash(case), "assay:picture_hash": exr.picture_hash(case, scene_hash(case)),
               "assay:spp": 1, "assay:replicates": 1}
@@ -92,6 +121,9 @@ def make(case, quantity, path):
         pixels, variance = radiance(scene, quantity, width, height, case["depth"])
         header["assay:spp"] = GRID**2
         exr.write(path, pixels, header, variance=variance)
+    elif quantity == "brdf":
+        pixels, hit = card(scene, case)
+        exr.write(path, pixels, header, coverage=hit)
     else:
         raise pov.Failure(f"{case['name']}: unknown povray quantity '{quantity}'")
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -22,163 +23,11 @@ import brdf_numpy  # noqa: E402
 import disney_sdl  # noqa: E402
 import exr  # noqa: E402
 import pov  # noqa: E402
-import scene_to_pov  # noqa: E402
 import witness  # noqa: E402
+from bench import DOWN, Builder, camera_rays, glowing, lambert, mirror, square, tangle, trace  # noqa: E402
 
 needs_povray = unittest.skipUnless(pov.program(), "povray is not installed")
 LSB = 1 / pov.FULL
-
-
-# --- small glTF scenes
-
-
-class Builder:
-    """Triangles, lights and a camera as a .glb."""
-
-    def __init__(self):
-        self.binary = bytearray()
-        self.json = {"asset": {"version": "2.0"}, "scenes": [{"nodes": []}], "scene": 0, "nodes": [], "meshes": [],
-                     "materials": [], "accessors": [], "bufferViews": [], "cameras": [],
-                     "extensions": {"KHR_lights_punctual": {"lights": []}}}
-
-    def _accessor(self, values, kind, component):
-        data = np.ascontiguousarray(values).tobytes()
-        self.json["bufferViews"].append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)})
-        self.binary += data + b"\0" * (-len(data) % 4)
-        self.json["accessors"].append({"bufferView": len(self.json["bufferViews"]) - 1, "componentType": component,
-                                       "count": len(values), "type": kind})
-        return len(self.json["accessors"]) - 1
-
-    def _node(self, **node):
-        self.json["nodes"].append(node)
-        self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]) - 1)
-
-    def mesh(self, positions, triangles, material, normals=None, texcoords=None, **node):
-        attributes = {"POSITION": self._accessor(np.float32(positions), "VEC3", 5126)}
-        if normals is not None:
-            attributes["NORMAL"] = self._accessor(np.float32(normals), "VEC3", 5126)
-        if texcoords is not None:
-            attributes["TEXCOORD_0"] = self._accessor(np.float32(texcoords), "VEC2", 5126)
-        self.json["materials"].append(material)
-        self.json["meshes"].append({"primitives": [{
-            "attributes": attributes, "material": len(self.json["materials"]) - 1,
-            "indices": self._accessor(np.uint16(np.ravel(triangles)), "SCALAR", 5123)}]})
-        self._node(mesh=len(self.json["meshes"]) - 1, **node)
-
-    def image(self, png):
-        self.json["bufferViews"].append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(png)})
-        self.binary += png + b"\0" * (-len(png) % 4)
-        self.json["images"] = [{"bufferView": len(self.json["bufferViews"]) - 1, "mimeType": "image/png"}]
-        self.json["samplers"] = [{"wrapS": 10497, "wrapT": 10497}]
-        self.json["textures"] = [{"source": 0, "sampler": 0}]
-
-    def light(self, kind, intensity, **node):
-        lights = self.json["extensions"]["KHR_lights_punctual"]["lights"]
-        lights.append({"type": kind, "intensity": intensity, "color": [1, 0.5, 0.25]})
-        self._node(extensions={"KHR_lights_punctual": {"light": len(lights) - 1}}, **node)
-
-    def perspective(self, yfov, **node):
-        self.json["cameras"].append({"type": "perspective", "perspective": {"yfov": yfov, "znear": 0.01}})
-        self._node(camera=len(self.json["cameras"]) - 1, **node)
-
-    def orthographic(self, ymag, **node):
-        self.json["cameras"].append({"type": "orthographic", "orthographic": {"xmag": ymag, "ymag": ymag, "znear": 0, "zfar": 99}})
-        self._node(camera=len(self.json["cameras"]) - 1, **node)
-
-    def scene(self, folder):
-        path = os.path.join(folder, "scene.glb")
-        self.json["buffers"] = [{"byteLength": len(self.binary)}]
-        scene_to_pov.gltf.write_glb(path, self.json, self.binary)
-        return scene_to_pov.Scene(path)
-
-
-def lambert(colour=(0.8, 0.4, 0.2), **more):
-    return {"pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}, "doubleSided": True,
-            "extras": {"disney_specular": 0}, **more}
-
-
-def mirror():
-    return {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0}, "doubleSided": True}
-
-
-def glowing(colour):
-    return lambert((0, 0, 0), emissiveFactor=colour)
-
-
-def square(half=1.0, y=0.0):
-    """Corners of a horizontal square, front up."""
-    return [(-half, y, half), (half, y, half), (half, y, -half), (-half, y, -half)], [(0, 1, 2), (0, 2, 3)]
-
-
-DOWN = [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)]  # looks, or shines, along -y; -z of the world is up in the picture
-
-
-def camera_rays(scene, width, height):
-    """Origins and directions through the pixel centres, from glTF's definition."""
-    c = scene.camera_world
-    u, v = np.meshgrid((2 * np.arange(width) + 1) / width - 1, 1 - (2 * np.arange(height) + 1) / height)
-    if scene.camera["type"] == "perspective":
-        t = math.tan(scene.camera["perspective"]["yfov"] / 2)
-        local = np.stack([u * t * width / height, v * t, -np.ones_like(u)], -1)
-        return np.broadcast_to(c[:3, 3], local.shape), local @ c[:3, :3].T
-    m = scene.camera["orthographic"]["ymag"]
-    local = np.stack([u * m * width / height, v * m, np.zeros_like(u)], -1)
-    return local @ c[:3, :3].T + c[:3, 3], np.broadcast_to(-c[:3, 2], local.shape)
-
-
-def trace(scene, origins, directions, cull=True):
-    """Nearest hit by Moeller and Trumbore's test of every triangle: distance, position, shading normal (eye's side)."""
-    shape = directions.shape[:2]
-    nearest = np.full(shape, np.inf)
-    normals = np.zeros(directions.shape)
-    for mesh in scene.meshes:
-        cofactor = np.linalg.inv(mesh.world[:3, :3]).T
-        sign = np.sign(np.linalg.det(mesh.world[:3, :3]))
-        for a, b, c in mesh.triangles:
-            p = mesh.world_positions
-            e1, e2 = p[b] - p[a], p[c] - p[a]
-            h = np.cross(directions, e2)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                f = 1 / (h @ e1)
-                s = origins - p[a]
-                u = f * (s * h).sum(-1)
-                q = np.cross(s, e1)
-                v = f * (directions * q).sum(-1)
-                t = f * (q @ e2)
-            geometric = sign * np.cross(e1, e2)
-            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-9) & (t < nearest)
-            if cull and not mesh.material.double_sided:
-                hit &= directions @ geometric < 0
-            if mesh.normals is None:
-                n = np.broadcast_to(geometric, directions.shape)
-            else:
-                n = ((1 - u - v)[..., None] * mesh.normals[a] + u[..., None] * mesh.normals[b] + v[..., None] * mesh.normals[c]) @ cofactor.T
-            n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-            n = np.where((directions @ geometric > 0)[..., None], -n, n)
-            nearest = np.where(hit, t, nearest)
-            normals = np.where(hit[..., None], n, normals)
-    hit = np.isfinite(nearest)
-    positions = np.where(hit[..., None], origins + np.where(hit, nearest, 0)[..., None] * directions, 0)
-    return hit, positions, normals
-
-
-def tangle(folder, orthographic=False):
-    """Turned, sheared by non-uniform scales, mirrored; single- and double-sided; smooth and flat."""
-    random = np.random.default_rng(7)
-    b = Builder()
-    for number in range(24):
-        corners = random.uniform(-1, 1, (3, 3))
-        normals = np.cross(corners[1] - corners[0], corners[2] - corners[0]) + random.normal(0, 0.2, (3, 3))
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        quaternion = random.normal(size=4)
-        scale = random.uniform(0.5, 2, 3) * ((-1, 1, 1) if number % 3 == 0 else 1)
-        b.mesh(corners, [(0, 1, 2)], dict(lambert(), doubleSided=bool(number % 2)), normals if number % 4 < 2 else None,
-               rotation=list(quaternion / np.linalg.norm(quaternion)), translation=list(random.uniform(-1, 1, 3)),
-               scale=list(scale))
-    quaternion = np.array([0.1, 0.35, -0.05, 1.0])
-    pose = {"rotation": list(quaternion / np.linalg.norm(quaternion)), "translation": [4, -1, 5]}
-    b.orthographic(2.5, **pose) if orthographic else b.perspective(0.7, **pose)
-    return b.scene(folder)
 
 
 class Temporary(unittest.TestCase):
@@ -263,11 +112,11 @@ class Light(Temporary):
         s = 1e-3  # a millimetre: POV-Ray by itself ignores occluders nearer than 0.001
         b.mesh(*square(2 * s), lambert((1, 1, 1)))
         b.mesh([(0, 0, -2 * s), (0, 0, 2 * s), (0, s, 2 * s), (0, s, -2 * s)], [(0, 1, 2), (0, 2, 3)], lambert())
-        b.light("directional", 1, rotation=[-0.5, -0.5, 0, math.sqrt(0.5)])  # along (1, -1, 0): the shadow is as long as the wall is high
-        b.orthographic(s, translation=[s, 3 * s, 0], rotation=DOWN)
+        b.light("directional", 1, rotation=[-0.5, -0.5, 0, math.sqrt(0.5)])  # along (1, -1, 0)
+        b.orthographic(s / 50, translation=[0, 3 * s, 0], rotation=DOWN)  # the foot alone
         found, _ = self.pixels(b)
-        self.assertEqual(found[:, :8].max(), 0)
-        self.assertGreater(found[:, 8:].min(), 0)
+        self.assertGreater(found[:, :8].min(), 0)
+        self.assertEqual(found[:, 8:].max(), 0)
 
     def test_a_texture_is_decoded_and_its_first_row_lies_at_v_0(self):
         b = Builder()
@@ -309,10 +158,10 @@ class Light(Temporary):
         expected = (hit & ~on_mirror) | (on_mirror & second)
         self.assertGreater((on_mirror & second).sum(), 20)
         for depth, shown in ((1, expected), (0, hit & ~on_mirror)):
-            sdl, _ = scene.lit("mirror", 32, 32, 0.5)
-            picture = pov.render(f"global_settings {{ max_trace_level {depth + 1} adc_bailout 0 }}\n" + sdl, 32, 32)
+            with unittest.mock.patch.object(witness, "GRID", 1):  # one ray per pixel, through its centre
+                picture, _ = witness.radiance(scene, "mirror", 32, 32, depth)
             self.assertLess(((picture[..., 0] > 0) != shown).sum(), 3)
-            self.assertLess(np.abs(picture[picture[..., 0] > 0] * 2 - (0.9, 0.6, 0.3)).max(), 4 * LSB)
+            self.assertLess(np.abs(picture[picture[..., 0] > 0] - (0.9, 0.6, 0.3)).max(), 2 * LSB)
 
     def test_what_the_witness_cannot_do_is_refused_in_one_line(self):
         b = Builder()
@@ -343,6 +192,44 @@ class Brdf(unittest.TestCase):
     def test_unknown_parameters_are_refused(self):
         with self.assertRaisesRegex(pov.Failure, "unknown parameter 'rougness'"):
             brdf.parse(["rougness=1"])
+
+
+@needs_povray
+class Card(Temporary):
+    """The quantity brdf: a card of quads with a sphere's normals."""
+
+    def card(self, lean=0.0):
+        size, positions, normals, triangles = 8, [], [], []
+        for j in range(2, 6):
+            for i in range(2, 6):
+                x, y, h = (2 * i + 1) / size - 1, 1 - (2 * j + 1) / size, 1 / size
+                first = len(positions)
+                positions += [(x - h, y - h, 0), (x + h, y - h, 0), (x + h, y + h, 0), (x - h, y + h, 0)]
+                normals += [(x, y + lean, math.sqrt(1 - x * x - (y + lean)**2))] * 4
+                triangles += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
+        b = Builder()
+        b.mesh(positions, triangles, {"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0.4}}, normals)
+        b.light("directional", 3, rotation=[0, 0.2, 0, math.sqrt(0.96)])
+        b.orthographic(1, translation=[0, 0, 2])
+        return b.scene(self.folder)
+
+    case = {"name": "card", "shader": "disney", "size": [8, 8]}
+
+    def test_a_card_is_the_brdf_of_its_normals_times_the_light(self):
+        pixels, hit = witness.card(self.card(), self.case)
+        light = (2 * 0.2 * math.sqrt(0.96), 0, 1 - 2 * 0.04)
+        expected = brdf_numpy.evaluate("disney", disney_sdl.complete({"base": (1, 1, 1), "metallic": 1, "roughness": 0.4}), light, 8)
+        self.assertEqual(hit.sum(), 16)
+        self.assertLess(np.abs(pixels - 3 * expected * (1, 0.5, 0.25))[hit].max() / expected.max(), 1e-7)
+        self.assertEqual(np.abs(pixels[~hit]).max(), 0)
+
+    def test_normals_that_are_not_the_spheres_are_refused(self):
+        with self.assertRaisesRegex(pov.Failure, "the normals of a sphere"):
+            witness.card(self.card(0.001), self.case)
+
+    def test_a_flat_triangle_with_oblique_normals_which_povray_would_forget_is_refused_elsewhere(self):
+        with self.assertRaisesRegex(pov.Failure, "32 triangles with one oblique normal"):
+            witness.normal(self.card(), 8, 8)
 
 
 @needs_povray
