@@ -1,4 +1,4 @@
-// The commit is asked for at every build, see cmake/commit.cmake.
+// The commit is asked for at every build, see commit.cmake beside this file.
 #include "app/version.h"
 
 #include "assay_commit.h"
