@@ -77,7 +77,7 @@ void calibrate_case(const CalibrateOptions& options, suite::Case c) {
   probe.out = fs::absolute(options.layout.render_file(c.name + ".calibrate0")).string();
   const suite::Outcome outcome = options.renderer.run({probe}, scratch).front();
   const image::Render first = picture(options, c, probe, outcome);
-  const SampleNeed need = samples_needed(c, first.mean, *first.variance);
+  const SampleNeed need = samples_needed(c, first);
 
   // As many samples as the margins need, or as the budget allows.
   const double seconds_per_sample = outcome.seconds / c.spp;
@@ -124,24 +124,32 @@ double round_up(double x) {
   return std::ceil(x / unit * (1 - 1e-12)) * unit;
 }
 
-SampleNeed samples_needed(const suite::Case& c, const image::Image& mean, const image::Image& variance) {
+SampleNeed samples_needed(const suite::Case& c, const image::Render& picture) {
   metric::WelchOptions options;
   options.image_margin = c.margin_image;
   options.tile_margin = c.margin_tile;
-  const metric::Noisy render{mean, variance, c.replicates};
+  const metric::Noisy render{picture.mean, *picture.variance, c.replicates};
   // A render against one like it: the half-widths that a comparison with the golden will have.
   const metric::Comparison comparison = metric::compare_welch(render, render, options);
   if (!comparison.ok()) base::fail(c.name, ": ", comparison.failure);
   const auto half_width = [](const metric::Difference& d) { return (d.interval.high - d.interval.low) / 2; };
   SampleNeed need;
-  for (const metric::Difference& d : comparison.image) {
+  for (const metric::Difference& d : comparison.image)
     need.image = std::max(need.image, half_width(d) / (share_of_margin * c.margin_image));
-    // Against a witness: 3.5 standard errors of ours alone (of a difference of two: sqrt(2) times as much).
-    for (const suite::Witness& w : c.witnesses)
-      if (d.scale > 0 && w.shader == c.shader && w.depth == c.depth && w.quantity != "position" &&
-          w.quantity != "normal")
-        need.witness = std::max(
-            need.witness, 3.5 * d.standard_error / std::sqrt(2.) / d.scale / (share_of_margin * w.margin));
+  for (const suite::Witness& w : c.witnesses) {
+    if (suite::needs_own_render(c, w) || w.quantity == "brdf") continue;
+    // 3.5 standard errors of our mean alone; the witness's own are not ours to reduce.
+    const suite::WitnessResult known = w.kind == suite::WitnessKind::analytic
+                                           ? suite::judge_witness(c, w, picture, nullptr)
+                                           : suite::WitnessResult{};
+    for (int q = 0; q < metric::quantity_count; ++q) {
+      const bool is_known = w.kind == suite::WitnessKind::analytic;
+      if (is_known && known.image.empty()) continue;
+      const metric::Difference& d = is_known ? known.image[q] : comparison.image[q];
+      const double error = is_known ? d.standard_error : d.standard_error / std::sqrt(2.);
+      if (d.scale > 0)
+        need.witness = std::max(need.witness, 3.5 * error / d.scale / (share_of_margin * w.margin));
+    }
   }
   for (const metric::Tile& tile : comparison.tiles)
     for (const metric::Difference& d : tile.difference)

@@ -29,7 +29,7 @@ struct SampleNeed {
          witness = 0;  // 99 % half-widths now, as shares of what the margins allow; 1 is just enough
   int spp = 0;         // a power of two times replicates that brings all to 1 or below
 };
-SampleNeed samples_needed(const suite::Case& c, const image::Image& mean, const image::Image& variance);
+SampleNeed samples_needed(const suite::Case& c, const image::Render& picture);
 
 // `x` rounded up to two significant digits.
 double round_up(double x);
