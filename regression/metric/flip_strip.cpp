@@ -119,8 +119,7 @@ struct Strip::Side {
 };
 
 Strip::Strip(const FlipKernels& kernels, int width)
-    : kernels_(kernels),
-      reference_(std::make_unique<Side>(kernels, width)),
+    : reference_(std::make_unique<Side>(kernels, width)),
       test_(std::make_unique<Side>(kernels, width)),
       error_(width) {}
 

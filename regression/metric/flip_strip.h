@@ -25,7 +25,7 @@ struct Transfer {
 
 class Strip {
  public:
-  // Room for rectangles of up to this width.
+  // Room for rectangles of up to this width. The kernels must outlive it.
   Strip(const FlipKernels& kernels, int width);
   ~Strip();
   // Calls done(y, errors) for each row of the rectangle, from the top.
@@ -41,7 +41,6 @@ class Strip {
   void start(const image::Image& reference, const image::Image& test, const Rectangle& area);
   const float* row(const Transfer& transfer, int y);
 
-  const FlipKernels& kernels_;
   Rectangle area_{};
   std::unique_ptr<Side> reference_, test_;
   std::vector<float> error_;
