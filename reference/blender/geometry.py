@@ -10,6 +10,7 @@ float attributes. y-up becomes z-up: (x, y, z) -> (x, -z, y).
 import os
 import tempfile
 
+import bmesh
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -20,6 +21,7 @@ Z_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], float
 TANGENT, TANGENT_SIGN, COLOR = "assay_tangent", "assay_tangent_sign", "assay_color"
 KEPT = ("POSITION", "NORMAL", "TEXCOORD_0", "TEXCOORD_1")
 TRIANGLE_MODES = (4, 5, 6)
+LIGHT_TRIANGLES = 1024  # of one emissive primitive, about
 
 
 def to_blender(world):
@@ -64,6 +66,27 @@ def used_indices(gltf, key):
     return np.arange(gltf.list("accessors")[primitive["attributes"]["POSITION"]]["count"])
 
 
+def subdivide_lights(gltf, meshes):
+    """Cut flat emissive triangles into small ones; the surface stays the same.
+
+    Cycles 3.4 samples a light triangle by its solid angle where an edge is longer than the distance to its plane, with
+    an approximate arc cosine whose error is of the order of 1e-4 sr: points that see a light at a grazing angle come
+    out up to 5 % too dark (measured against closed forms and against Cycles without light sampling). Small triangles
+    are sampled by area, which is exact; with 256 pieces per triangle the bias falls below what can be measured."""
+    for (m, p), mesh in meshes.items():
+        index = gltf.list("meshes")[m]["primitives"][p].get("material")
+        emissive = index is not None and any(gltf.list("materials")[index].get("emissiveFactor", [0]))
+        cuts = min(15, int((LIGHT_TRIANGLES / max(1, len(mesh.polygons))) ** .5) - 1)
+        if not emissive or cuts < 1 or any(polygon.use_smooth for polygon in mesh.polygons):
+            continue
+        work = bmesh.new()
+        work.from_mesh(mesh)
+        bmesh.ops.subdivide_edges(work, edges=work.edges[:], cuts=cuts, use_grid_fill=True)
+        bmesh.ops.triangulate(work, faces=work.faces[:])
+        work.to_mesh(mesh)
+        work.free()
+
+
 def add_instances(gltf, meshes):
     """One object per node and primitive, with the node's exact matrix (an object's own matrix cannot shear)."""
     collection = bpy.context.scene.collection
@@ -84,18 +107,32 @@ def add_instances(gltf, meshes):
             instance.cycles.shadow_terminator_geometry_offset = 0
 
 
-def loop_normals(mesh):
-    """The normals Cycles will use, one per vertex and NaN where a vertex has none, in glTF's axes: Blender keeps
-    custom normals per face corner in 16 bits, and of a vertex's corners Cycles takes the last."""
+def _corner_normals(mesh):
+    """(vertex, normal) per face corner, in the order of the faces and in glTF's axes."""
     mesh.calc_normals_split()
     normals = np.empty(len(mesh.loops) * 3, np.float32)
     vertices = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("normal", normals)
     mesh.loops.foreach_get("vertex_index", vertices)
+    return vertices, normals.reshape(-1, 3)[:, [0, 2, 1]] * np.array([1, 1, -1], np.float32)
+
+
+def loop_normals(mesh):
+    """The normals Cycles will use, one per vertex and NaN where a vertex has none: Blender keeps custom normals per face
+    corner in 16 bits, and of a vertex's corners Cycles takes the last."""
+    vertices, normals = _corner_normals(mesh)
     result = np.full((len(mesh.vertices), 3), np.nan, np.float32)
-    for vertex, normal in zip(vertices, normals.reshape(-1, 3)):
+    for vertex, normal in zip(vertices, normals):
         result[vertex] = normal
-    return result[:, [0, 2, 1]] * np.array([1, 1, -1], np.float32)
+    return result
+
+
+def corner_spread(mesh):
+    """How far each vertex's corners differ from the normal Cycles takes."""
+    vertices, normals = _corner_normals(mesh)
+    spread = np.zeros(len(mesh.vertices), np.float32)
+    np.maximum.at(spread, vertices, np.abs(normals - loop_normals(mesh)[vertices]).max(axis=1))
+    return spread
 
 
 def _name(key):

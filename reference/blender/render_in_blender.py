@@ -136,6 +136,7 @@ def build(job):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     meshes = geometry.import_primitives(gltf)
+    geometry.subdivide_lights(gltf, meshes)
     assign_materials(gltf, meshes, job["depth"])
     geometry.add_instances(gltf, meshes)
     add_camera(scene, gltf, job["camera"])
