@@ -118,8 +118,8 @@ def build():
 
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0.6, -7.2, 3.0)
-    camera.data.lens = 78
-    aim(camera, (0.15, 0, 0.55))
+    camera.data.lens = 70
+    aim(camera, (0.3, 0, 0.55))
     scene.collection.objects.link(camera)
     scene.camera = camera
     scene.render.resolution_x = scene.render.resolution_y = 512

@@ -91,7 +91,7 @@ def punctual():
     g.light("directional", (-3, 2.5, 2), color=(1, 0.75, 0.5), intensity=1.2, aim=(0, 0, 0))
     g.light("point", (1.6, 1.6, -1.2), color=(0.4, 0.6, 1), intensity=5)
     g.light("spot", (0.5, 4.0, 2.2), color=(0.5, 1, 0.5), intensity=30, aim=(0.3, 0, 0.5), cone=(8, 20))
-    g.camera((0.3, 2.4, 5.2), (0.05, 0.5, 0), 32)
+    g.camera((0.3, 2.4, 5.2), (0.15, 0.5, 0), 37)
     return g
 
 
@@ -106,7 +106,7 @@ def direct_shadows():
     g.put(ball(16).smooth(), lambert("ball", (0.25, 0.3, 0.6)), at=(-0.9, 0.75, -0.3), scale=0.75)
     g.light("point", (-2.5, 4, 3), color=(1, 0.8, 0.6), intensity=24)
     g.light("point", (3, 3, 1.5), color=(0.4, 0.6, 1), intensity=14)
-    g.camera((0.2, 2.6, 5.5), (0, 0.5, 0.1), 30)
+    g.camera((0.2, 2.6, 5.5), (0, 0.45, 0.1), 36)
     return g
 
 
