@@ -1,6 +1,8 @@
 // Which bytes outside the scene file may be read, and reading them: relative paths that stay inside the
 // scene's folder after percent-decoding and after following symbolic links, regular files only, nothing from
 // the current directory; data: URIs in base64.
+#include <openssl/evp.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -12,13 +14,6 @@ namespace fs = std::filesystem;
 using base::fail_in;
 
 namespace {
-
-// A name fit for a one-line message.
-std::string shown(const std::string& text) {
-  std::string out;
-  for (const char c : text.substr(0, 80)) out += static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
-  return '"' + out + (text.size() > 80 ? "...\"" : "\"");
-}
 
 int hex(char c) {
   return c >= '0' && c <= '9'   ? c - '0'
@@ -91,27 +86,13 @@ Bytes decode_data_uri(const Document& document, const std::string& place, const 
   if (comma == std::string::npos || comma < 5 + tag.size() ||
       uri.compare(comma - tag.size(), tag.size(), tag) != 0)
     fail_in(document.file, place, "a data: URI with ;base64,", shown(uri));
-  size_t end = uri.size();
-  for (int padding = 0; padding < 2 && end > comma + 1 && uri[end - 1] == '='; ++padding) --end;
-  if ((end - comma - 1) % 4 == 1) fail_in(document.file, place, "whole base64 groups", "a cut one");
-  Bytes bytes;
-  bytes.reserve((end - comma) / 4 * 3 + 3);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (size_t i = comma + 1; i < end; ++i) {
-    const char c = uri[i];
-    const int value = c >= 'A' && c <= 'Z'   ? c - 'A'
-                      : c >= 'a' && c <= 'z' ? c - 'a' + 26
-                      : c >= '0' && c <= '9' ? c - '0' + 52
-                      : c == '+'             ? 62
-                      : c == '/'             ? 63
-                                             : -1;
-    if (value < 0) fail_in(document.file, place, "base64", "character " + std::to_string(i));
-    bits = bits << 6 | static_cast<std::uint32_t>(value);
-    if ((count += 6) < 8) continue;
-    count -= 8;
-    bytes.push_back(static_cast<unsigned char>(bits >> count & 255));
-  }
+  const size_t size = uri.size() - comma - 1;
+  Bytes bytes(size / 4 * 3 + 3);
+  const int decoded = EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(&uri[comma + 1]),
+                                      static_cast<int>(size));
+  if (decoded < 0) fail_in(document.file, place, "base64", shown(uri));
+  const size_t padding = size > 1 ? (uri[uri.size() - 1] == '=') + (uri[uri.size() - 2] == '=') : 0;
+  bytes.resize(static_cast<size_t>(decoded) - std::min(padding, static_cast<size_t>(decoded)));
   return bytes;
 }
 

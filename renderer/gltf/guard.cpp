@@ -178,11 +178,11 @@ void read_files(Document& document, const Framed& framed, const Limits& limits, 
     image["uri"] = key;
   }
   if (document.scene < 0) return;
-  const json extras = document.json["scenes"][static_cast<size_t>(document.scene)].value("extras", json());
-  if (!extras.is_object() || !extras.contains("environment")) return;
+  const json& extras = list(document.json["scenes"][static_cast<size_t>(document.scene)], "extras");
+  if (!extras.contains("environment")) return;
   const std::string place = "scenes[" + std::to_string(document.scene) + "].extras.environment";
   if (!extras["environment"].is_string())
-    fail_in(document.file, place, "the name of a file", extras["environment"].type_name());
+    fail_in(document.file, place, "the name of a file", shown(extras["environment"]));
   document.environment = resolve(document, place, extras["environment"], false);
   hash.add(read_file(document.file, document.environment, place, limits.file_bytes));
 }
@@ -224,13 +224,9 @@ Document guard(const std::string& file, const Limits& user_limits) {
   document.roots = check_nodes(document, limits);
 
   // Nothing reads these, so nothing needs to parse them.
-  if (document.json.erase("animations") != 0)
-    document.ignored.push_back("animations are ignored: the base pose is rendered");
-  if (document.json.erase("skins") != 0) {
-    document.ignored.push_back("skins are ignored: the base pose is rendered");
-    if (document.json.contains("nodes"))
-      for (json& node : document.json["nodes"]) node.erase("skin");
-  }
+  for (const char* key : {"animations", "skins"})
+    if (document.json.erase(key) != 0)
+      document.ignored.push_back(std::string(key) + " are ignored: the base pose is rendered");
   return document;
 }
 

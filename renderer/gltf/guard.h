@@ -27,8 +27,11 @@ struct Document {
   std::vector<std::string> ignored;  // warnings about what the file holds and nobody reads
 };
 
-// Member `key` of an object, or an empty array.
-inline const nlohmann::json& list(const nlohmann::json& object, const char* key) {
+// A value fit for a one-line message.
+std::string shown(const nlohmann::json& value);
+
+// Member `key` of an object; an empty array if there is none.
+inline const nlohmann::json& list(const nlohmann::json& object, const std::string& key) {
   static const nlohmann::json empty = nlohmann::json::array();
   const auto found = object.find(key);
   return found == object.end() ? empty : *found;

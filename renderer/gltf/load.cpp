@@ -45,49 +45,6 @@ math::Mat4 to_float(const Matrix& m) {
   return out;
 }
 
-// tinygltf's window on the world: the files the guard has read, under the names the guard gave them.
-tinygltf::Model parse(Document& document) {
-  tinygltf::TinyGLTF loader;
-  tinygltf::FsCallbacks files;
-  files.FileExists = [](const std::string& name, void* data) {
-    return static_cast<Document*>(data)->files.count(name) != 0;
-  };
-  files.ExpandFilePath = [](const std::string& name, void*) { return name; };
-  files.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string& name,
-                           void* data) {
-    auto& all = static_cast<Document*>(data)->files;
-    const auto found = all.find(name);
-    if (found == all.end()) return false;
-    *out = std::move(found->second);
-    return true;
-  };
-  files.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
-    return false;
-  };
-  files.user_data = &document;
-  loader.SetFsCallbacks(files);
-  // Keep an image's bytes; image::decode reads those that are used.
-  const auto keep = [](tinygltf::Image* image, int, std::string*, std::string*, int, int,
-                       const unsigned char* bytes, int size, void*) {
-    image->image.assign(bytes, bytes + size);
-    return true;
-  };
-  loader.SetImageLoader(keep, nullptr);
-
-  tinygltf::Model model;
-  std::string error, warning;
-  bool done = false;
-  const std::string text = document.json.dump();
-  try {
-    done = loader.LoadASCIIFromString(&model, &error, &warning, text.data(),
-                                      static_cast<unsigned>(text.size()), "");
-  } catch (const std::exception& exception) {
-    error = exception.what();
-  }
-  if (!done) base::fail(document.file, ": not glTF 2.0: ", error.substr(0, 200));
-  return model;
-}
-
 class Loader {
  public:
   Loader(Source& source, const Options& options, scene::Scene& out)
@@ -231,10 +188,13 @@ class Loader {
     scene::Camera camera;
     camera.name = node.name.empty() ? from.name : node.name;
     camera.orthographic = from.type == "orthographic";
-    if (camera.orthographic)
+    if (camera.orthographic) {
       camera.ymag = static_cast<float>(from.orthographic.ymag);
-    else
+      camera.aspect = static_cast<float>(from.orthographic.xmag / from.orthographic.ymag);
+    } else {
       camera.yfov = static_cast<float>(from.perspective.yfov);
+      camera.aspect = static_cast<float>(from.perspective.aspectRatio);
+    }
     const math::Vec3 nothing{0, 0, 0}, back = math::normalize(column(to_world, 2), nothing);
     const math::Vec3 right =
         math::normalize(math::cross(math::normalize(column(to_world, 1), nothing), back), nothing);
@@ -285,24 +245,24 @@ class Loader {
     out_.lights.push_back(light);
   }
 
+  static std::array<scene::Texture*, 4> textures_of(scene::Material& m) {
+    return {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture};
+  }
+
   void check_texcoords() {
-    for (const scene::Mesh& mesh : out_.meshes) {
-      const scene::Material& m = out_.materials[static_cast<size_t>(mesh.material)];
-      for (const scene::Texture* t :
-           {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture})
+    for (const scene::Mesh& mesh : out_.meshes)
+      for (const scene::Texture* t : textures_of(out_.materials[static_cast<size_t>(mesh.material)]))
         if (t->bitmap >= 0 && mesh.texcoords[t->texcoord_set].empty())
           source_.warnings.add("mesh " + mesh.name + " lacks TEXCOORD_" + std::to_string(t->texcoord_set) +
-                               " that its material " + m.name + " looks textures up with");
-    }
+                               ", with which its material looks a texture up");
   }
 
   // Decodes each image that a material uses, once, and points the textures at the bitmaps.
   void read_images() {
     std::vector<int> bitmap_of(source_.model.images.size(), -1);
     std::int64_t left = static_cast<std::int64_t>(options_.limits.image_pixels);
-    for (scene::Material& m : out_.materials)
-      for (scene::Texture* t :
-           {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture}) {
+    for (scene::Material& material : out_.materials)
+      for (scene::Texture* t : textures_of(material)) {
         if (t->bitmap < 0) continue;
         int& known = bitmap_of[static_cast<size_t>(t->bitmap)];
         if (known < 0) {
@@ -337,8 +297,8 @@ class Loader {
   void read_environment() {
     if (source_.document.scene < 0) return;
     const std::string place = "scenes[" + std::to_string(source_.document.scene) + "].extras";
-    const nlohmann::json extras = json()["scenes"][static_cast<size_t>(source_.document.scene)].value(
-        "extras", nlohmann::json::object());
+    const nlohmann::json& extras =
+        list(json()["scenes"][static_cast<size_t>(source_.document.scene)], "extras");
     if (!extras.is_object()) return;
     static const std::vector<std::string> known = {"environment", "environment_strength",
                                                    "environment_rotation", "environment_color"};
@@ -348,24 +308,22 @@ class Loader {
     const auto number = [&](const nlohmann::json& value, const std::string& key, double low) {
       if (!value.is_number() || !(value.get<double>() >= low && value.get<double>() <= FLT_MAX))
         fail_in(file(), place + '.' + key, low < 0 ? "a finite number" : "a number that is not negative",
-                value.is_structured() ? value.type_name() : value.dump().substr(0, 60));
+                shown(value));
       return static_cast<float>(value.get<double>());
     };
     scene::Environment environment;
-    if (extras.contains("environment_strength"))
-      environment.strength = number(extras["environment_strength"], "environment_strength", 0);
-    if (extras.contains("environment_rotation"))
-      environment.rotation =
-          number(extras["environment_rotation"], "environment_rotation", -FLT_MAX) * math::pi / 180;
+    environment.strength = number(extras.value("environment_strength", nlohmann::json(1)), known[1], 0);
+    environment.rotation =
+        number(extras.value("environment_rotation", nlohmann::json(0)), known[2], -FLT_MAX) * math::pi / 180;
     if (extras.contains("environment_color")) {
       const nlohmann::json& color = extras["environment_color"];
       if (!source_.document.environment.empty())
-        fail_in(file(), place, "either environment or environment_color", "both");
+        fail_in(file(), place, "environment or environment_color", "both");
       if (!color.is_array() || color.size() != 3)
-        fail_in(file(), place + ".environment_color", "3 numbers", color.type_name());
+        fail_in(file(), place + ".environment_color", "3 numbers", shown(color));
       math::Vec4 texel(1.0f);
-      for (int c = 0; c < 3; ++c) texel[c] = number(color[static_cast<size_t>(c)], "environment_color", 0);
-      environment.map = {"environment_color", 1, 1, {texel}};
+      for (int c = 0; c < 3; ++c) texel[c] = number(color[static_cast<size_t>(c)], known[3], 0);
+      environment.map = {known[3], 1, 1, {texel}};
     } else if (!source_.document.environment.empty()) {
       const image::Image image = image::read_environment(source_.document.environment);
       environment.map = {extras["environment"], image.width, image.height, {}};

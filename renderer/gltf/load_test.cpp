@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "gltf/sample.h"
+#include "gltf/sample_test.h"
 
 using namespace gltf;
 using namespace gltf::sample;

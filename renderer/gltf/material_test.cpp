@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "gltf/reader.h"
-#include "gltf/sample.h"
+#include "gltf/sample_test.h"
 
 using namespace gltf;
 using namespace gltf::sample;

@@ -33,6 +33,9 @@ struct Source {
   std::uint64_t vertices = 0;  // read so far, against limits.vertices
 };
 
+// parse.cpp. Takes the bytes in `document.files` with it.
+tinygltf::Model parse(Document& document);
+
 // accessor.cpp. All elements of an accessor, components side by side; integers scaled to [0,1] or [-1,1] if
 // the accessor is `normalized`. An accessor without bufferView is zeros; sparse values are put in place.
 std::vector<float> read_floats(const Source& source, int accessor);

@@ -1,8 +1,8 @@
-// The types, value ranges, references and counts of a glTF document as one table. A path is a list of member
-// names;
-// `*` stands for every element of an array. Only what some later code reads is in the table. What sits in
-// extras and in material extensions is checked where it is read (material.cpp).
+// The types, value ranges and references of a glTF document as one table. Only what some later code reads is
+// in it. What sits in extras and in material extensions is checked where it is read (material.cpp, load.cpp).
 #include <cfloat>
+#include <cmath>
+#include <sstream>
 
 #include "base/error.h"
 #include "gltf/guard.h"
@@ -13,22 +13,17 @@ using nlohmann::json;
 namespace {
 
 enum class Kind {
-  object,   // {}
-  objects,  // [{}...]
-  string,   //
-  strings,  // ["..."...]
-  boolean,  //
-  number,   // finite as a float, in [low, high]
+  is,       // of JSON's type `of`
+  number,   // in [low, high], which are finite as float
   numbers,  // `low` of them
   integer,  // in [low, high]
   choice,   // an integer or string out of `of`
-  index,    // of an element of the array `of`
-  indices,  // [index...]
-  map,      // {name: index...}
-  maps,     // [map...]
+  index,    // of an element of the array at `of`
   texture,  // {index: of `textures`, texCoord: 0 or 1}
 };
 
+// A path is a list of member names; "a,b" is both members, "*" every element of an array, "@" every member of
+// an object. What is not there is fine unless it is `needed`.
 struct Rule {
   const char* path;
   Kind kind;
@@ -39,272 +34,184 @@ struct Rule {
 
 constexpr bool needed = true;
 constexpr double tiny = 1e-6, any = FLT_MAX, big = 9007199254740992.0;  // 2^53
-constexpr const char* lights = "extensions/KHR_lights_punctual/lights";
-constexpr const char* component_types = "5120 5121 5122 5123 5125 5126";
 
+#define LIGHTS "extensions/KHR_lights_punctual/lights"  // a macro, for it is pasted into paths
 const Rule rules[] = {
-    {"asset", Kind::object, "", 0, 0, needed},
-    {"asset/version", Kind::string, "", 0, 0, needed},
-    {"asset/minVersion", Kind::string},
-    {"asset/generator", Kind::string},
-    {"extensionsUsed", Kind::strings},
-    {"extensionsRequired", Kind::strings},
-    {"extensions", Kind::object},
-    {"extensions/KHR_lights_punctual", Kind::object},
-    {lights, Kind::objects},
-    {"extensions/KHR_lights_punctual/lights/*/type", Kind::choice, "directional point spot", 0, 0, needed},
-    {"extensions/KHR_lights_punctual/lights/*/color", Kind::numbers, "", 3},
-    {"extensions/KHR_lights_punctual/lights/*/intensity", Kind::number, "", 0, any},
-    {"extensions/KHR_lights_punctual/lights/*/spot", Kind::object},
-    {"extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", Kind::number, "", 0, any},
-    {"extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", Kind::number, "", 0, any},
+    {"asset", Kind::is, "object", 0, 0, needed},
+    {"asset/version", Kind::is, "string", 0, 0, needed},
+    {"asset/minVersion,generator", Kind::is, "string"},
+    {"extensionsUsed,extensionsRequired/*", Kind::is, "string"},
+    {"extensions", Kind::is, "object"},
+    {"extensions/KHR_lights_punctual", Kind::is, "object"},
+    {LIGHTS "/*", Kind::is, "object"},
+    {LIGHTS "/*/type", Kind::choice, "directional point spot", 0, 0, needed},
+    {LIGHTS "/*/color", Kind::numbers, "", 3},
+    {LIGHTS "/*/intensity", Kind::number, "", 0, any},
+    {LIGHTS "/*/spot", Kind::is, "object"},
+    {LIGHTS "/*/spot/innerConeAngle,outerConeAngle", Kind::number, "", 0, any},
     {"scene", Kind::index, "scenes"},
-    {"scenes", Kind::objects},
-    {"scenes/*/nodes", Kind::indices, "nodes"},
-    {"nodes", Kind::objects},
-    {"nodes/*/children", Kind::indices, "nodes"},
+    {"scenes,nodes,cameras,meshes,materials,textures,samplers,images,accessors,bufferViews,buffers/*",
+     Kind::is, "object"},
+    {"scenes/*/nodes/*", Kind::index, "nodes"},
+    {"nodes/*/children/*", Kind::index, "nodes"},
     {"nodes/*/mesh", Kind::index, "meshes"},
     {"nodes/*/camera", Kind::index, "cameras"},
-    {"nodes/*/skin", Kind::index, "skins"},
     {"nodes/*/matrix", Kind::numbers, "", 16},
-    {"nodes/*/translation", Kind::numbers, "", 3},
+    {"nodes/*/translation,scale", Kind::numbers, "", 3},
     {"nodes/*/rotation", Kind::numbers, "", 4},
-    {"nodes/*/scale", Kind::numbers, "", 3},
-    {"nodes/*/extensions", Kind::object},
-    {"nodes/*/extensions/KHR_lights_punctual", Kind::object},
-    {"nodes/*/extensions/KHR_lights_punctual/light", Kind::index, lights, 0, 0, needed},
-    {"skins", Kind::objects},
-    {"skins/*/joints", Kind::indices, "nodes"},
-    {"skins/*/skeleton", Kind::index, "nodes"},
-    {"skins/*/inverseBindMatrices", Kind::index, "accessors"},
-    {"cameras", Kind::objects},
+    {"nodes,materials/*/extensions", Kind::is, "object"},
+    {"nodes/*/extensions/KHR_lights_punctual", Kind::is, "object"},
+    {"nodes/*/extensions/KHR_lights_punctual/light", Kind::index, LIGHTS, 0, 0, needed},
     {"cameras/*/type", Kind::choice, "perspective orthographic", 0, 0, needed},
-    {"cameras/*/perspective", Kind::object},
+    {"cameras/*/perspective,orthographic", Kind::is, "object"},
     {"cameras/*/perspective/yfov", Kind::number, "", tiny, 3.141592, needed},
     {"cameras/*/perspective/znear", Kind::number, "", 0, any, needed},
     {"cameras/*/perspective/aspectRatio", Kind::number, "", tiny, any},
-    {"cameras/*/orthographic", Kind::object},
-    {"cameras/*/orthographic/xmag", Kind::number, "", tiny, any, needed},
-    {"cameras/*/orthographic/ymag", Kind::number, "", tiny, any, needed},
-    {"cameras/*/orthographic/znear", Kind::number, "", 0, any, needed},
-    {"cameras/*/orthographic/zfar", Kind::number, "", 0, any, needed},
-    {"meshes", Kind::objects},
-    {"meshes/*/primitives", Kind::objects, "", 0, 0, needed},
-    {"meshes/*/primitives/*/attributes", Kind::map, "accessors", 0, 0, needed},
+    {"cameras/*/orthographic/xmag,ymag", Kind::number, "", tiny, any, needed},
+    {"cameras/*/orthographic/znear,zfar", Kind::number, "", 0, any, needed},
+    {"meshes/*/primitives", Kind::is, "array", 0, 0, needed},
+    {"meshes/*/primitives/*", Kind::is, "object"},
+    {"meshes/*/primitives/*/attributes", Kind::is, "object", 0, 0, needed},
+    {"meshes/*/primitives/*/attributes/@", Kind::index, "accessors"},
+    {"meshes/*/primitives/*/targets/*/@", Kind::index, "accessors"},
     {"meshes/*/primitives/*/indices", Kind::index, "accessors"},
     {"meshes/*/primitives/*/material", Kind::index, "materials"},
     {"meshes/*/primitives/*/mode", Kind::integer, "", 0, 6},
-    {"meshes/*/primitives/*/targets", Kind::maps, "accessors"},
-    {"materials", Kind::objects},
-    {"materials/*/pbrMetallicRoughness", Kind::object},
+    {"materials/*/pbrMetallicRoughness", Kind::is, "object"},
     {"materials/*/pbrMetallicRoughness/baseColorFactor", Kind::numbers, "", 4},
-    {"materials/*/pbrMetallicRoughness/metallicFactor", Kind::number},
-    {"materials/*/pbrMetallicRoughness/roughnessFactor", Kind::number},
-    {"materials/*/pbrMetallicRoughness/baseColorTexture", Kind::texture},
-    {"materials/*/pbrMetallicRoughness/metallicRoughnessTexture", Kind::texture},
-    {"materials/*/normalTexture", Kind::texture},
+    {"materials/*/pbrMetallicRoughness/metallicFactor,roughnessFactor", Kind::number},
+    {"materials/*/pbrMetallicRoughness/baseColorTexture,metallicRoughnessTexture", Kind::texture},
+    {"materials/*/normalTexture,occlusionTexture,emissiveTexture", Kind::texture},
     {"materials/*/normalTexture/scale", Kind::number},
-    {"materials/*/occlusionTexture", Kind::texture},
-    {"materials/*/emissiveTexture", Kind::texture},
     {"materials/*/emissiveFactor", Kind::numbers, "", 3},
     {"materials/*/alphaMode", Kind::choice, "OPAQUE MASK BLEND"},
     {"materials/*/alphaCutoff", Kind::number, "", 0, any},
-    {"materials/*/doubleSided", Kind::boolean},
-    {"materials/*/extensions", Kind::object},
-    {"textures", Kind::objects},
+    {"materials/*/doubleSided", Kind::is, "boolean"},
     {"textures/*/source", Kind::index, "images"},
     {"textures/*/sampler", Kind::index, "samplers"},
-    {"samplers", Kind::objects},
-    {"samplers/*/wrapS", Kind::choice, "10497 33071 33648"},
-    {"samplers/*/wrapT", Kind::choice, "10497 33071 33648"},
+    {"samplers/*/wrapS,wrapT", Kind::choice, "10497 33071 33648"},
     {"samplers/*/magFilter", Kind::choice, "9728 9729"},
     {"samplers/*/minFilter", Kind::choice, "9728 9729 9984 9985 9986 9987"},
-    {"images", Kind::objects},
-    {"images/*/uri", Kind::string},
-    {"images/*/bufferView", Kind::index, "bufferViews"},
-    {"images/*/mimeType", Kind::string},
-    {"accessors", Kind::objects},
-    {"accessors/*/bufferView", Kind::index, "bufferViews"},
-    {"accessors/*/byteOffset", Kind::integer, "", 0, big},
-    {"accessors/*/componentType", Kind::choice, component_types, 0, 0, needed},
-    {"accessors/*/normalized", Kind::boolean},
+    {"images/*/uri,mimeType", Kind::is, "string"},
+    {"images,accessors/*/bufferView", Kind::index, "bufferViews"},
+    {"accessors,bufferViews/*/byteOffset", Kind::integer, "", 0, big},
+    {"accessors/*/componentType", Kind::choice, "5120 5121 5122 5123 5125 5126", 0, 0, needed},
+    {"accessors/*/normalized", Kind::is, "boolean"},
     {"accessors/*/count", Kind::integer, "", 0, big, needed},
     {"accessors/*/type", Kind::choice, "SCALAR VEC2 VEC3 VEC4 MAT2 MAT3 MAT4", 0, 0, needed},
-    {"accessors/*/sparse", Kind::object},
+    {"accessors/*/sparse", Kind::is, "object"},
     {"accessors/*/sparse/count", Kind::integer, "", 1, big, needed},
-    {"accessors/*/sparse/indices", Kind::object, "", 0, 0, needed},
-    {"accessors/*/sparse/indices/bufferView", Kind::index, "bufferViews", 0, 0, needed},
-    {"accessors/*/sparse/indices/byteOffset", Kind::integer, "", 0, big},
+    {"accessors/*/sparse/indices,values", Kind::is, "object", 0, 0, needed},
+    {"accessors/*/sparse/indices,values/bufferView", Kind::index, "bufferViews", 0, 0, needed},
+    {"accessors/*/sparse/indices,values/byteOffset", Kind::integer, "", 0, big},
     {"accessors/*/sparse/indices/componentType", Kind::choice, "5121 5123 5125", 0, 0, needed},
-    {"accessors/*/sparse/values", Kind::object, "", 0, 0, needed},
-    {"accessors/*/sparse/values/bufferView", Kind::index, "bufferViews", 0, 0, needed},
-    {"accessors/*/sparse/values/byteOffset", Kind::integer, "", 0, big},
-    {"bufferViews", Kind::objects},
     {"bufferViews/*/buffer", Kind::index, "buffers", 0, 0, needed},
-    {"bufferViews/*/byteOffset", Kind::integer, "", 0, big},
     {"bufferViews/*/byteLength", Kind::integer, "", 1, big, needed},
     {"bufferViews/*/byteStride", Kind::integer, "", 4, 252},
-    {"buffers", Kind::objects},
-    {"buffers/*/uri", Kind::string},
+    {"buffers/*/uri", Kind::is, "string"},
     {"buffers/*/byteLength", Kind::integer, "", 1, 2147483647, needed},
 };
+#undef LIGHTS
 
-// Takes the first step off `path`.
-std::string_view step(std::string_view& path) {
-  const size_t slash = path.find('/');
-  const std::string_view first = path.substr(0, slash);
-  path = slash == std::string_view::npos ? std::string_view() : path.substr(slash + 1);
+// Takes the part before the first `separator` off `text`.
+std::string_view take(std::string_view& text, char separator) {
+  const size_t end = text.find(separator);
+  const std::string_view first = text.substr(0, end);
+  text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
   return first;
 }
 
-// Applies the rules to one document, keeping the way to the value at hand for messages.
-class Checker {
- public:
-  explicit Checker(const Document& document) : document_(document) {}
+struct Checker {
+  const Document& document;
 
-  void check(const Rule& rule) { visit(document_.json, rule.path, rule); }
-
- private:
-  struct Place {
-    std::string_view key;
-    size_t index;
-  };
-
-  [[noreturn]] void fail(const std::string& wanted, const json& found) const {
-    std::string text;
-    for (const Place& place : way_)
-      if (place.key.empty())
-        text += '[' + std::to_string(place.index) + ']';
-      else
-        (text += text.empty() ? "" : ".") += place.key;
-    std::string value = found.is_structured() ? found.type_name() : found.dump().substr(0, 60);
-    base::fail_in(document_.file, text, wanted, found.is_null() ? "nothing" : value);
+  void want(bool holds, const std::string& place, const std::string& wanted, const json& found) const {
+    if (!holds) base::fail_in(document.file, place, wanted, shown(found));
   }
 
-  void visit(const json& at, std::string_view path, const Rule& rule) {
-    if (path.empty()) return apply(at, rule);
-    std::string_view rest = path;
-    const std::string_view key = step(rest);
-    if (key == "*") {
-      for (size_t i = 0; i < at.size(); ++i) {
-        way_.push_back({{}, i});
-        visit(at[i], rest, rule);
-        way_.pop_back();
-      }
+  // Applies `rule` to every value that the rest of its path leads to from `value` at `place`.
+  void check(const json& value, std::string_view path, const std::string& place, const Rule& rule) const {
+    if (path.empty()) return apply(value, place, rule);
+    std::string_view names = take(path, '/');
+    if (names == "*") {
+      want(value.is_array(), place, "an array", value);
+      for (size_t i = 0; i < value.size(); ++i)
+        check(value[i], path, place + '[' + std::to_string(i) + ']', rule);
       return;
     }
-    const auto found = at.find(key);
-    way_.push_back({key, 0});
-    if (found != at.end())
-      visit(*found, rest, rule);
-    else if (rest.empty() && rule.needed)
-      fail("it, for it is required", json());
-    way_.pop_back();
-  }
-
-  void apply(const json& value, const Rule& rule) {
-    switch (rule.kind) {
-      case Kind::object:
-        return want(value.is_object(), "an object", value);
-      case Kind::objects:
-        return each(value, [&](const json& one) { want(one.is_object(), "an object", one); });
-      case Kind::string:
-        return want(value.is_string(), "a string", value);
-      case Kind::strings:
-        return each(value, [&](const json& one) { want(one.is_string(), "a string", one); });
-      case Kind::boolean:
-        return want(value.is_boolean(), "true or false", value);
-      case Kind::number:
-        return number(value, rule.low, rule.high);
-      case Kind::numbers:
-        want(value.is_array() && value.size() == static_cast<size_t>(rule.low),
-             std::to_string(static_cast<int>(rule.low)) + " numbers", value);
-        return each(value, [&](const json& one) { number(one, -FLT_MAX, FLT_MAX); });
-      case Kind::integer:
-        want(value.is_number_integer(), "an integer", value);
-        return number(value, rule.low, rule.high);
-      case Kind::choice: {
-        const std::string text = value.is_string()           ? value.get<std::string>()
-                                 : value.is_number_integer() ? value.dump()
-                                                             : "";
-        const bool words = rule.of[0] > '9';
-        const std::string all = ' ' + std::string(rule.of) + ' ';
-        return want(words == value.is_string() && !text.empty() && text.find(' ') == std::string::npos &&
-                        all.find(' ' + text + ' ') != std::string::npos,
-                    "one of " + std::string(rule.of), value);
-      }
-      case Kind::index:
-        return index(value, rule.of);
-      case Kind::indices:
-        return each(value, [&](const json& one) { index(one, rule.of); });
-      case Kind::map:
-        return map(value, rule.of);
-      case Kind::maps:
-        return each(value, [&](const json& one) { map(one, rule.of); });
-      case Kind::texture:
-        want(value.is_object(), "an object", value);
-        visit(value, "index", {"", Kind::index, "textures", 0, 0, needed});
-        return visit(value, "texCoord", {"", Kind::integer, "", 0, 1});
+    const std::string prefix = place.empty() ? "" : place + '.';
+    if (names == "@") {
+      want(value.is_object(), place, "an object", value);
+      for (const auto& [key, member] : value.items()) check(member, path, prefix + key, rule);
+      return;
+    }
+    while (!names.empty()) {
+      const std::string name(take(names, ','));
+      const auto found = value.find(name);
+      if (found != value.end())
+        check(*found, path, prefix + name, rule);
+      else
+        want(!path.empty() || !rule.needed, prefix + name, "it, for it is required", nullptr);
     }
   }
 
-  void want(bool holds, const std::string& wanted, const json& value) const {
-    if (!holds) fail(wanted, value);
-  }
-
-  template <typename Check>
-  void each(const json& value, const Check& check) {
-    want(value.is_array(), "an array", value);
-    for (size_t i = 0; i < value.size(); ++i) {
-      way_.push_back({{}, i});
-      check(value[i]);
-      way_.pop_back();
-    }
-  }
-
-  void number(const json& value, double low, double high) {
-    if (value.is_number() && value.get<double>() >= low && value.get<double>() <= high) return;
+  void apply(const json& value, const std::string& place, const Rule& rule) const {
     std::ostringstream wanted;
-    wanted << (value.is_number_integer() ? "an integer" : "a number") << " in [" << low << ", " << high
-           << ']';
-    fail(wanted.str(), value);
-  }
-
-  void index(const json& value, const char* of) {
-    const json* array = &document_.json;
-    for (std::string_view path = of; !path.empty() && array->is_object();) {
-      const auto found = array->find(step(path));
-      static const json none;
-      array = found == array->end() ? &none : &*found;
+    switch (rule.kind) {
+      case Kind::is:
+        if (value.type_name() == std::string_view(rule.of)) return;
+        wanted << "the JSON type " << rule.of;
+        break;
+      case Kind::number:
+      case Kind::integer: {
+        const bool whole = rule.kind == Kind::integer;
+        const double x = (whole ? value.is_number_integer() : value.is_number()) ? value.get<double>() : NAN;
+        if (x >= rule.low && x <= rule.high) return;
+        wanted << (whole ? "an integer in [" : "a number in [") << rule.low << ", " << rule.high << ']';
+        break;
+      }
+      case Kind::numbers:
+        wanted << rule.low << " numbers";
+        want(value.is_array() && value.size() == static_cast<size_t>(rule.low), place, wanted.str(), value);
+        return check(value, "*", place, {"", Kind::number});
+      case Kind::choice: {
+        const std::string one = value.is_string() ? value.get<std::string>() : shown(value);
+        const bool words = rule.of[0] > '9';
+        for (std::string_view choices = rule.of; words == value.is_string() && !choices.empty();)
+          if (take(choices, ' ') == one) return;
+        wanted << "one of " << rule.of;
+        break;
+      }
+      case Kind::index: {
+        const json* array = &document.json;
+        for (std::string_view path = rule.of; !path.empty();)
+          array = &list(*array, std::string(take(path, '/')));
+        if (value.is_number_unsigned() && array->is_array() && value.get<std::uint64_t>() < array->size())
+          return;
+        wanted << "an index below " << array->size() << " (of " << rule.of << ')';
+        break;
+      }
+      case Kind::texture:
+        want(value.is_object(), place, "an object", value);
+        check(value, "index", place, {"", Kind::index, "textures", 0, 0, needed});
+        return check(value, "texCoord", place, {"", Kind::integer, "", 0, 1});
     }
-    const size_t count = array->is_array() ? array->size() : 0;
-    want(value.is_number_unsigned() && value.get<std::uint64_t>() < count,
-         "an index below " + std::to_string(count) + " (of " + of + ")", value);
+    want(false, place, wanted.str(), value);
   }
-
-  void map(const json& value, const char* of) {
-    want(value.is_object(), "an object", value);
-    for (const auto& [key, one] : value.items()) {
-      way_.push_back({key, 0});
-      index(one, of);
-      way_.pop_back();
-    }
-  }
-
-  const Document& document_;
-  std::vector<Place> way_;
 };
 
 }  // namespace
 
+std::string shown(const json& value) {
+  return value.is_null() ? "nothing" : value.is_structured() ? value.type_name() : value.dump().substr(0, 60);
+}
+
 void check_schema(const Document& document, const Limits& limits) {
-  if (!document.json.is_object())
-    base::fail_in(document.file, "JSON", "an object", document.json.type_name());
-  Checker checker(document);
-  for (const Rule& rule : rules) checker.check(rule);
+  const Checker checker{document};
+  checker.want(document.json.is_object(), "JSON", "an object", document.json);
+  for (const Rule& rule : rules) checker.check(document.json, rule.path, "", rule);
   const auto at_most = [&](const char* array, std::uint64_t limit) {
-    if (const std::uint64_t count = list(document.json, array).size(); count > limit)
-      base::fail_in(document.file, array, "at most " + std::to_string(limit), std::to_string(count));
+    const size_t count = list(document.json, array).size();
+    checker.want(count <= limit, array, "at most " + std::to_string(limit), count);
   };
   at_most("nodes", limits.nodes);
   at_most("accessors", limits.accessors);
