@@ -1,8 +1,8 @@
 // The accused, as the judge sees it: a command that turns a scene into an EXR. No code is shared with it.
 //
-// Our own renderer takes all jobs in one process (`assay-render --batch jobs.json --json --quiet`); any other is
-// given as a template and started once per job. Whatever it does - crash, hang, write nothing - becomes one
-// line in an Outcome.
+// Our own renderer takes all jobs in one process (`assay-render --batch jobs.json --json --quiet`); any other
+// is given as a template and started once per job. Whatever it does - crash, hang, write nothing - becomes
+// one line in an Outcome.
 #pragma once
 
 #include <cstdint>
