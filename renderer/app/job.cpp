@@ -78,13 +78,14 @@ void Stage::replace_environment(scene::Environment environment) {
 
 scene::Scene& Stage::prepare(Options& options) {
   load(options);
-  if (!options.camera.empty()) {
-    options.render.camera = find_camera(scene_, options.camera);
-  } else if (scene_.cameras.empty()) {
+  if (!options.camera.empty()) options.render.camera = find_camera(scene_, options.camera);
+  const size_t camera = static_cast<size_t>(options.render.camera);
+  choose_size(options, scene_.cameras.empty() ? 0 : scene_.cameras[camera].aspect);
+  if (scene_.cameras.empty()) {
     const float aspect = static_cast<float>(options.render.width) / static_cast<float>(options.render.height);
-    const std::optional<scene::Camera> camera = framing_camera(scene_, aspect);
-    if (!camera) base::fail(options.scene, ": wanted something to render, found no triangles and no camera");
-    scene_.cameras.push_back(*camera);
+    const std::optional<scene::Camera> framed = framing_camera(scene_, aspect);
+    if (!framed) base::fail(options.scene, ": wanted something to render, found no triangles and no camera");
+    scene_.cameras.push_back(*framed);
     options.notes.push_back("camera: the file has none, everything is framed");
   }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/parse.h"
@@ -19,7 +20,7 @@ const std::vector<std::string> shader_names = {"path",     "path_disney", "princ
                                                "eyelight", "direct",      "path-nomis", "normal",
                                                "albedo",   "texcoord",    "position"};
 constexpr int most_pixels_per_side = 32768;
-constexpr int default_width = 960, default_height = 540;
+constexpr int default_height = 540;
 constexpr int default_spp = 256, default_replicates = 8;
 
 float to_float(const std::string& text, double least, double most) {
@@ -134,9 +135,9 @@ const std::vector<Row>& table() {
 
       {"camera", "", g_camera, "C", "index or name of one of the file's cameras (the first)", true,
        [](Options& o, S v) { set_file(o.camera, v); }},
-      {"width", "", g_camera, "W", "pixels (960, or from the height as 16:9)", true,
-       [](Options& o, S v) { o.render.width = parse_integer(v, 1, most_pixels_per_side); }},
-      {"height", "", g_camera, "H", "pixels (540, or from the width as 16:9)", true,
+      {"width", "", g_camera, "W", "pixels (from the height and the camera's aspect, 16:9 if it has none)",
+       true, [](Options& o, S v) { o.render.width = parse_integer(v, 1, most_pixels_per_side); }},
+      {"height", "", g_camera, "H", "pixels (540, or from the width)", true,
        [](Options& o, S v) { o.render.height = parse_integer(v, 1, most_pixels_per_side); }},
       {"crop", "", g_camera, "X,Y,W,H", "render only these pixels of the full picture", true, set_crop},
 
@@ -264,22 +265,6 @@ void complete(Options& o) {
   integrator::Settings& r = o.render;
   if (o.scene.empty()) base::fail("no scene given (see assay-render --help)");
 
-  // Size: a camera has no pixels, so what is missing follows from 16:9.
-  if (r.width == 0 && r.height == 0) {
-    r.width = default_width;
-    r.height = default_height;
-    o.choices.push_back("size 960 x 540: none was given");
-  } else if (r.width == 0) {
-    r.width = std::max(1, (r.height * 16 + 4) / 9);
-    o.choices.push_back("width " + std::to_string(r.width) + ": from the height as 16:9");
-  } else if (r.height == 0) {
-    r.height = std::max(1, (r.width * 9 + 8) / 16);
-    o.choices.push_back("height " + std::to_string(r.height) + ": from the width as 16:9");
-  }
-  if (o.has("crop") && (r.crop_x + r.crop_width > r.width || r.crop_y + r.crop_height > r.height))
-    base::fail("--crop: wanted a part of the ", r.width, " x ", r.height, " picture, found ",
-               o.given.at("crop"));
-
   // Replicates divide the samples. Whichever was left open gives way.
   if (r.spp != 0 && r.replicates != 0 && r.spp % r.replicates != 0)
     base::fail("--replicates: wanted a divisor of --spp ", r.spp, ", found ", r.replicates);
@@ -309,6 +294,27 @@ void complete(Options& o) {
     base::fail("--layers: only .exr holds layers, found --out ", o.out);
   for (const char* name : {"exposure", "gamma", "filmic"})
     if (!eight_bit && o.has(name)) base::fail("--", name, ": only .png and .jpg use it, found --out ", o.out);
+}
+
+void choose_size(Options& o, float camera_aspect) {
+  integrator::Settings& r = o.render;
+  const bool usable = camera_aspect > .01f && camera_aspect < 100;
+  const double aspect = usable ? camera_aspect : default_aspect;
+  const std::string from = usable ? ", as wide as the camera wants" : ", 16:9";
+  if (r.height == 0 && r.width == 0) {
+    r.height = default_height;
+    r.width = static_cast<int>(std::lround(default_height * aspect));
+    o.choices.push_back("size " + std::to_string(r.width) + " x 540" + from);
+  } else if (r.width == 0) {
+    r.width = std::clamp(static_cast<int>(std::lround(r.height * aspect)), 1, most_pixels_per_side);
+    o.choices.push_back("width " + std::to_string(r.width) + from);
+  } else if (r.height == 0) {
+    r.height = std::clamp(static_cast<int>(std::lround(r.width / aspect)), 1, most_pixels_per_side);
+    o.choices.push_back("height " + std::to_string(r.height) + from);
+  }
+  if (o.has("crop") && (r.crop_x + r.crop_width > r.width || r.crop_y + r.crop_height > r.height))
+    base::fail("--crop: wanted a part of the ", r.width, " x ", r.height, " picture, found ",
+               o.given.at("crop"));
 }
 
 std::string command(const Options& options) {

@@ -15,8 +15,9 @@ namespace app {
 
 struct Options {
   std::string scene, out;
-  integrator::Settings render;  // width, height, spp and replicates stay 0 until complete() if not given
-  std::string camera;           // an index or a name; empty: the first
+  integrator::Settings
+      render;          // width, height, spp and replicates if not given: 0 until choose_size() and complete()
+  std::string camera;  // an index or a name; empty: the first
 
   std::string environment;  // a file that replaces the scene's environment
   std::optional<math::Vec3> environment_color;
@@ -58,8 +59,13 @@ Options parse_command_line(const std::vector<std::string>& arguments);
 // Adds a batch job's keys to `options`, which start as the command line's.
 void apply_job(Options& options, const nlohmann::json& job);
 
-// Fills what was left open (size, samples, replicates) and refuses what does not go together.
+inline constexpr float default_aspect = 16.f / 9;
+
+// Fills what was left open (samples, replicates) and refuses what does not go together.
 void complete(Options& options);
+
+// Fills in the size from the camera's aspect (0: it has none) and checks the crop against it.
+void choose_size(Options& options, float camera_aspect);
 
 // The options as a command line that does the same, for the provenance.
 std::string command(const Options& options);

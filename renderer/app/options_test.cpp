@@ -156,10 +156,7 @@ TEST(Complete, refuses_what_does_not_go_together) {
          "--replicates: wanted a divisor of --spp 20, found 8");
   starts({"a.glb", "-o", "b.exr", "--environment", "e.hdr", "--environment-color", "1,1,1"},
          "--environment and");
-  starts({"a.glb", "-o", "b.exr", "--width", "10", "--height", "10", "--crop", "5,0,6,1"},
-         "--crop: wanted a part of the 10 x 10");
-  EXPECT_EQ(error_of({"a.glb", "-o", "b.JPG", "--width", "10", "--height", "10", "--crop", "5,0,5,10"}),
-            "no error");
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.JPG", "--gamma", "2.2"}), "no error");
 }
 
 TEST(Complete, chooses_replicates_that_divide_the_samples) {
@@ -176,18 +173,32 @@ TEST(Complete, chooses_replicates_that_divide_the_samples) {
   EXPECT_EQ(parsed({"a.glb", "-o", "b.exr", "--replicates", "5"}).render.spp, 260);
 }
 
-TEST(Complete, derives_the_missing_side_as_16_to_9) {
-  const auto size = [](const Words& words) {
+TEST(ChooseSize, derives_what_is_missing_from_the_aspect) {
+  const auto size = [](const Words& words, float aspect) {
     Words all = {"a.glb", "-o", "b.exr"};
     all.insert(all.end(), words.begin(), words.end());
-    const Options o = parsed(all);
+    Options o = parsed(all);
+    choose_size(o, aspect);
     return std::make_pair(o.render.width, o.render.height);
   };
-  EXPECT_EQ(size({}), std::make_pair(960, 540));
-  EXPECT_EQ(size({"--width", "1920"}), std::make_pair(1920, 1080));
-  EXPECT_EQ(size({"--height", "1080"}), std::make_pair(1920, 1080));
-  EXPECT_EQ(size({"--width", "1"}), std::make_pair(1, 1));
-  EXPECT_EQ(size({"--width", "7", "--height", "3"}), std::make_pair(7, 3));
+  EXPECT_EQ(size({}, 0), std::make_pair(960, 540));
+  EXPECT_EQ(size({}, 2.35f), std::make_pair(1269, 540));
+  EXPECT_EQ(size({"--width", "1920"}, 0), std::make_pair(1920, 1080));
+  EXPECT_EQ(size({"--height", "1080"}, 2), std::make_pair(2160, 1080));
+  EXPECT_EQ(size({"--width", "1"}, 90), std::make_pair(1, 1));
+  EXPECT_EQ(size({"--width", "7", "--height", "3"}, 2), std::make_pair(7, 3));
+}
+
+TEST(ChooseSize, refuses_a_crop_that_sticks_out) {
+  const auto error = [](const char* crop) {
+    return error_of([&] {
+      Options o = parsed({"a.glb", "-o", "b.exr", "--width", "10", "--height", "8", "--crop", crop});
+      choose_size(o, 0);
+    });
+  };
+  EXPECT_EQ(error("5,0,6,1"), "--crop: wanted a part of the 10 x 8 picture, found 5,0,6,1");
+  EXPECT_EQ(error("5,1,5,8"), "--crop: wanted a part of the 10 x 8 picture, found 5,1,5,8");
+  EXPECT_EQ(error("5,1,5,7"), "no error");
 }
 
 TEST(Job, means_the_same_as_the_command_line) {

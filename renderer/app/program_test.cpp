@@ -8,7 +8,9 @@
 #include <sstream>
 #include <thread>
 
+#include "app/batch.h"
 #include "app/test_scene.h"
+#include "base/error.h"
 #include "image/exr.h"
 
 namespace app {
@@ -54,13 +56,12 @@ TEST_F(ProgramTest, exits_with_2_and_one_line_for_what_a_user_did_wrong) {
   folder.write("text.glb", "no scene at all");
   folder.write("empty.gltf", R"({"asset":{"version":"2.0"}})");
   const std::string a = " -o " + folder.file("a.exr") + " ";
+  // One of each kind; what options alone can be wrong about is in options_test.cpp.
   for (const std::string& arguments :
        {folder.file("absent.glb") + a, folder.file("text.glb") + a, folder.file("empty.gltf") + a,
-        scene + a + "--spp x", scene + a + "--sppp 4", scene + a + "--spp 20 --replicates 8", scene,
-        scene + " --info --batch x", scene + " -o " + folder.file("no/folder/a.exr"),
+        scene + a + "--sppp 4", scene + " -o " + folder.file("no/folder/a.exr"),
         scene + a + "--environment " + folder.file("absent.hdr"), scene + a + "--camera 7",
-        scene + a + "--log " + folder.file("no/folder/log"), std::string("--batch ") + folder.file("absent"),
-        folder.file("") + a}) {
+        scene + a + "--log " + folder.file("no/folder/log"), "--batch " + folder.file("absent")}) {
     EXPECT_EQ(start(arguments), 2) << arguments;
     EXPECT_TRUE(one_error_line()) << arguments << ":\n" << err;
     EXPECT_FALSE(std::filesystem::exists(folder.file("a.exr"))) << arguments;
@@ -86,7 +87,7 @@ TEST_F(ProgramTest, describes_a_scene_without_rendering) {
   EXPECT_EQ(info.at("cameras").at(0).at("name"), "main");
   EXPECT_EQ(info.at("options").at("spp"), 256);
   EXPECT_EQ(start(scene + " --info"), 0);
-  for (const char* part : {"'glossy'", "'main'", "3 instances", "size 960 x 540"})
+  for (const char* part : {"'glossy'", "'main'", "3 instances", "size 810 x 540"})
     EXPECT_NE(out.find(part), std::string::npos) << part << "\n" << out;
 }
 
@@ -133,13 +134,21 @@ TEST_F(ProgramTest, runs_the_other_jobs_of_a_batch_when_one_fails_and_gives_the_
 }
 
 TEST_F(ProgramTest, refuses_files_that_are_no_list_of_jobs) {
+  Options options;
   for (const char* text :
        {"", "[]", "{}", R"({"jobs":1})", R"({"jobs":[],"job":[]})", "{\"jobs\":[", "\xff\xfe"}) {
-    EXPECT_EQ(start("--batch " + folder.write("jobs.json", text)), 2) << text;
-    EXPECT_TRUE(one_error_line()) << text << ":\n" << err;
+    options.batch = folder.write("jobs.json", text);
+    try {
+      run_batch(options);
+      ADD_FAILURE() << text;
+    } catch (const base::Error& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(options.batch + ": wanted ", 0), 0u) << error.what();
+    }
   }
-  EXPECT_EQ(start("--batch " + folder.write("jobs.json", R"({"jobs":[]})")), 0) << err;
-  EXPECT_EQ(start(scene + " --batch " + folder.file("jobs.json")), 2);
+  folder.write("jobs.json", R"({"jobs":[]})");
+  EXPECT_EQ(run_batch(options), 0);
+  options.given["scene"] = options.scene = scene;
+  EXPECT_THROW(run_batch(options), base::Error);
 }
 
 TEST_F(ProgramTest, logs_what_happened_even_if_quiet) {

@@ -85,7 +85,7 @@ inline std::string write_scene(const Folder& folder, const std::string& name = "
             {"name":"lamp","doubleSided":true,"emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}}}],
           "extensionsUsed":["KHR_materials_emissive_strength"])" +
           (parts.camera
-               ? R"(,"cameras":[{"name":"main","type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}])"
+               ? R"(,"cameras":[{"name":"main","type":"perspective","perspective":{"aspectRatio":1.5,"yfov":0.7,"znear":0.1}}])"
                : "") +
           "}");
 }

@@ -77,6 +77,7 @@ struct Camera {
   bool orthographic = false;
   float yfov = .8f;  // perspective: full vertical angle; the horizontal one follows from the image's aspect
   float ymag = 1;    // orthographic: half the height of the view, metres
+  float aspect = 0;  // width / height the file has in mind; only who leaves the image's size open asks; 0: none
   math::Mat4 to_world{1.0f};  // looks along -z, up is +y; rigid (scale removed)
 };
 
