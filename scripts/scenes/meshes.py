@@ -5,7 +5,7 @@ import struct
 import image
 from glb import ARRAY, BYTE, FAN, FLOAT, SHORT, STRIP, UINT, Glb, rotation
 from parameters import STUDIO
-from shapes import Shape, ball, box, floor, icosphere, join, quad
+from shapes import Shape, ball, box, floor, icosphere, quad
 
 
 def bracket():

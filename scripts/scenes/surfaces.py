@@ -5,7 +5,7 @@ import math
 import image
 from glb import Glb, rotation
 from parameters import SPACING, STUDIO, arrange
-from shapes import Shape, ball, box, floor, plate, quad
+from shapes import ball, box, floor, plate, quad
 
 REPEAT, MIRROR, CLAMP = 10497, 33648, 33071
 
