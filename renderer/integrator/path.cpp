@@ -126,7 +126,7 @@ Vec3 shade(const World& w, Shader shader, const accel::Ray& ray, const math::Sam
   const surface::Point p = w.surfaces.at(ray, hit);
   switch (shader) {
     case Shader::normal:
-      return p.frame.normal;
+      return p.normal;
     case Shader::texcoord:
       return {p.texcoord.x, p.texcoord.y, 0};
     case Shader::position:

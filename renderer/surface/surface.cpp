@@ -298,6 +298,7 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
     normal = -normal;
     smooth = -smooth;
   }
+  p.normal = normal;
   normal = bend_normal(p.geometric_normal, wo, normal);
 
   // Frame: x along the tangent, turned by the anisotropic rotation.
