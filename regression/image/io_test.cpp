@@ -244,7 +244,7 @@ TEST_F(ImageFiles, AHugeClaimIsRefusedBeforeAnythingIsAllocated) {
   const std::string png(
       "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\x01\x86\xa0\0\x01\x86\xa0\x08\x02\0\0\0\x27\x30\x9c\x9f", 33);
   expect_one_line_about(
-      file("huge.png", png + std::string("\0\0\0\x0cIDATx\x9c\x03\0\0\0\0\x01\x9a\x60\xe1\xd5", 24)));
+      file("huge.png", png + std::string("\0\0\0\x0cIDATx\x9c\x03\0\0\0\0\x01\x9a\x60\xe1\xd5", 20)));
   Render render;
   render.mean = Image(2, 2, 3, 1);
   image::write_exr(file("small.exr"), render);
