@@ -24,14 +24,13 @@ int hex(char c) {
 
 }  // namespace
 
-std::string resolve(const Document& document, const std::string& place, const std::string& uri,
-                    bool encoded) {
+std::string resolve(const Document& document, const std::string& place, const std::string& uri) {
   const auto refuse = [&](const std::string& wanted) { fail_in(document.file, place, wanted, shown(uri)); };
   // A scheme or a drive letter: anything with a colon before the first slash.
-  if (encoded && uri.find(':') < uri.find('/')) refuse("a relative path or a data: URI");
+  if (uri.find(':') < uri.find('/')) refuse("a relative path or a data: URI");
   std::string name;
   for (size_t i = 0; i < uri.size(); ++i) {
-    if (!encoded || uri[i] != '%') {
+    if (uri[i] != '%') {
       name += uri[i];
       continue;
     }

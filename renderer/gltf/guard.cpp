@@ -141,7 +141,7 @@ void read_files(Document& document, const Framed& framed, const Limits& limits, 
     if (uri.rfind("data:", 0) == 0) {
       bytes = decode_data_uri(document, place, uri);
     } else {
-      bytes = read_file(document.file, resolve(document, place, uri, true), place, limits.file_bytes);
+      bytes = read_file(document.file, resolve(document, place, uri), place, limits.file_bytes);
       hash.add(bytes);
     }
     if ((total += bytes.size()) > limits.file_bytes)
@@ -183,7 +183,7 @@ void read_files(Document& document, const Framed& framed, const Limits& limits, 
   const std::string place = "scenes[" + std::to_string(document.scene) + "].extras.environment";
   if (!extras["environment"].is_string())
     fail_in(document.file, place, "the name of a file", shown(extras["environment"]));
-  document.environment = resolve(document, place, extras["environment"], false);
+  document.environment = resolve(document, place, extras["environment"]);
   hash.add(read_file(document.file, document.environment, place, limits.file_bytes));
 }
 

@@ -53,8 +53,8 @@ void check_ranges(const Document& document);
 std::vector<int> check_nodes(const Document& document, const Limits& limits);
 
 // files.cpp: the folder of the scene file is the only place that is read, and only regular files.
-// Path of `uri` (percent-encoded if `encoded`) below the folder of `document.file`, symbolic links resolved.
-std::string resolve(const Document& document, const std::string& place, const std::string& uri, bool encoded);
+// Path of `uri` (percent-encoded) below the folder of `document.file`, symbolic links resolved.
+std::string resolve(const Document& document, const std::string& place, const std::string& uri);
 Bytes read_file(const std::string& file, const std::string& path, const std::string& place,
                 std::uint64_t limit);
 Bytes decode_data_uri(const Document& document, const std::string& place, const std::string& uri);
