@@ -2,8 +2,8 @@
 #include "app/batch.h"
 
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "app/console.h"
 #include "app/job.h"
@@ -16,11 +16,11 @@ using nlohmann::json;
 
 json read_jobs(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || !(text << stream.rdbuf())) base::fail("--batch: ", file, ": cannot be read");
+  if (!stream) base::fail("--batch: ", file, ": cannot be read");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
   json root;
   try {
-    root = json::parse(text.str());
+    root = json::parse(text);
   } catch (const json::exception& error) {
     base::fail(file, ": wanted JSON, found: ", error.what());
   }
