@@ -224,7 +224,7 @@ std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u_lobe, float 
     const Vec3 reflectance = s.lobe == Lobe::specular ? b.specular.fresnel(wo.z)
                                                       : Vec3(b.clearcoat.weight * b.clearcoat.fresnel(wo.z));
     const bool seen = specular_sees(b, s.wi) && !leaks(b, s.wi);
-    s.f_cos = seen ? reflectance * s.pdf : Vec3(0);
+    s.f_cos = seen ? reflectance : Vec3(0);
     return s;
   }
   switch (s.lobe) {

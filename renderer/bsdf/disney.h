@@ -38,7 +38,7 @@ struct Value {
 
 struct Sample {
   Vec3 wi;
-  Vec3 f_cos;     // is_delta: reflectance times the pdf below
+  Vec3 f_cos;     // is_delta: reflectance; as everywhere, f_cos / pdf is the weight of the sample
   float pdf = 0;  // is_delta: probability of the lobe
   Lobe lobe = Lobe::diffuse;
   bool is_delta = false;

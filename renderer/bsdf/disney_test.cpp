@@ -320,5 +320,20 @@ TEST(Principled, turns_into_a_mirror_exactly_below_blenders_threshold) {
   EXPECT_FALSE(prepare(Model::principled, {}, p, {}, wo).specular.is_delta);
 }
 
+TEST(Principled, a_mirror_among_other_lobes_reflects_as_much_as_the_glossy_lobe_just_above_the_threshold) {
+  const Vec3 wo = direction(.7, .2);
+  Parameters p = black();
+  p.base_color = Vec3(.6f);
+  p.metallic = .5f;
+  p.specular = .5f;
+  p.roughness = 0;
+  double error = 0, glossy_error = 0;
+  const double mirror = albedo_by_sampling(prepare(Model::principled, {}, p, {}, wo), wo, 400000, error);
+  p.roughness = .018f;
+  const double glossy =
+      albedo_by_sampling(prepare(Model::principled, {}, p, {}, wo), wo, 400000, glossy_error);
+  EXPECT_NEAR(mirror, glossy, 5 * (error + glossy_error) + .002);
+}
+
 }  // namespace
 }  // namespace bsdf
