@@ -244,7 +244,9 @@ Options parse_command_line(const std::vector<std::string>& arguments) {
 
 void apply_job(Options& options, const nlohmann::json& job) {
   if (!job.is_object()) base::fail("wanted an object of options, found ", job.dump());
-  for (const auto& [key, value] : job.items()) {
+  for (const auto& item : job.items()) {
+    const std::string& key = item.key();
+    const nlohmann::json& value = item.value();
     const auto row =
         std::find_if(table().begin(), table().end(), [&](const Row& r) { return r.name == key; });
     if (row == table().end()) {
