@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/results.h"
 #include "base/error.h"
 #include "image/hash.h"
 #include "image/io.h"
@@ -72,13 +73,7 @@ int compare(const CompareOptions& options) {
   if (options.max_flip) same = same && (identical || (flip.ok() && flip.mean <= *options.max_flip));
   if (options.max_rmse) same = same && rmse.rmse <= *options.max_rmse;
 
-  if (!options.flip_map.empty()) {
-    image::Render map;
-    map.mean = image::Image(flip.map.width, flip.map.height, 3);
-    for (std::size_t p = 0; p < flip.map.pixels(); ++p)
-      std::fill_n(&map.mean.data[3 * p], 3, flip.map.data[p]);
-    image::write_exr(options.flip_map, map);
-  }
+  if (!options.flip_map.empty()) write_map(options.flip_map, flip.map);
 
   Json out = {{"reference", options.reference},
               {"test", options.test},

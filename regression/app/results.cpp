@@ -181,6 +181,14 @@ void write_result(const RunOptions& options, const CaseOutcome& outcome) {
   write_json(options.layout.result_file(outcome.name), out);
 }
 
+void write_map(const std::string& file, const image::Image& map) {
+  image::Render render;
+  render.mean = image::Image(map.width, map.height, 3);
+  for (std::size_t p = 0; p < map.pixels(); ++p)
+    std::fill_n(&render.mean.data[3 * p], 3, map.data[p * static_cast<std::size_t>(map.channels)]);
+  image::write_exr(file, render);
+}
+
 void write_run(const RunOptions& options, const RunResult& result) {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};

@@ -9,6 +9,9 @@
 namespace app {
 
 void write_result(const RunOptions& options, const CaseOutcome& outcome);
+// A map of one channel as an EXR with three equal ones.
+void write_map(const std::string& file, const image::Image& map);
+
 void write_run(const RunOptions& options, const RunResult& result);
 
 // "IDENTICAL  cornell  0.41 s  FLIP 0/0.05  RMSE 0/0.02  sees 0.4 %  blender AGREES", then, indented, a line

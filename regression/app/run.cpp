@@ -171,9 +171,11 @@ class Run {
     job.shader = entry.shader;
     job.depth = entry.depth;
     if (entry.quantity == "position" || entry.quantity == "normal") {
-      job.layers =
-          entry.quantity + ",depth";  // first hits through the pixels' centres: samples do not matter
+      // Layers are first hits through the pixels' centres, so samples and light do not matter. A template's
+      // renderer knows no layers and is asked for the shader of that name.
+      job.layers = entry.quantity + ",depth";
       job.spp = job.replicates;
+      if (!options_.renderer.is_template()) job.shader = c.shader, job.depth = 0;
     }
     return job;
   }
@@ -299,17 +301,11 @@ class Run {
     if (options_.on_case) options_.on_case(outcome);
   }
 
-  // A map of one channel as an EXR with three equal ones.
   std::string write_map(const std::string& name, const image::Image& map) const {
-    image::Render render;
-    render.mean = image::Image(map.width, map.height, 3);
-    for (std::size_t p = 0; p < map.pixels(); ++p)
-      std::fill_n(&render.mean.data[3 * p], 3, map.data[p * static_cast<std::size_t>(map.channels)]);
     const std::string file = layout_.build + "/results/" + name + ".exr";
-    image::write_exr(file, render);
+    app::write_map(file, map);
     return file;
   }
-
   std::string scratch() const { return layout_.build + "/renders"; }
   void progress(const std::string& line) const {
     if (options_.on_progress) options_.on_progress(line);
