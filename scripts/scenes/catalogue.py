@@ -14,7 +14,7 @@ SCENES = (
     (parameters, "roughness_metallic specular specular_tint sheen clearcoat anisotropy clearcoat_bias"),
     (lights, "sun_sky area_gloss many_lights punctual direct_shadows mirror"),
     (meshes, "instances orthographic single_sided smooth_silhouette gltf_features"),
-    (surfaces, "textures texture_settings vertex_colors alpha khr_specular khr_layers"),
+    (surfaces, "textures normal_map_bias texture_settings vertex_colors alpha khr_specular khr_layers"),
 )
 
 

@@ -33,8 +33,10 @@ def dents(x, y):
 
 
 def textures():
-    """Base colour, metallic and roughness, normal and emission from textures, on a bent plate, a floor and a sign."""
-    g = Glb(environment=STUDIO, strength=0.6)
+    """Base colour, metallic and roughness, normal and emission from textures, on a bent plate, a floor and a sign. Almost
+    all light comes from delta lights: where rays sampled from a normal-mapped BRDF find light, Blender 3.4.1 is wrong (see
+    the scene normal_map_bias)."""
+    g = Glb(color=(0.03, 0.033, 0.04))
     brick_colors = [(120, 118, 112), (188, 84, 62), (168, 66, 48), (204, 148, 52)]
     base = g.texture(g.image(image.png(grid(32, bricks), 2, palette=brick_colors)))
     # Green: roughness, blue: metallic. Mortar rough, bricks ever smoother towards the right, the third kind metal.
@@ -57,7 +59,21 @@ def textures():
     g.put(ball_shape, g.material("knurled", (0.9, 0.85, 0.75), 0.4, 1.0, textures={"normalTexture": {"index": bumps}}),
           at=(-1.35, 0.6, 0.75), turn=rotation((0, 1, 0), 15))
     g.light("directional", (4, 3.2, 2.5), color=(1, 0.95, 0.85), intensity=1.5, aim=(0, 0, 0))
+    g.light("directional", (-3, 1.2, -3.2), color=(0.6, 0.75, 1), intensity=0.8, aim=(0, 0, 0))
+    g.light("point", (-0.6, 2.6, 2.6), color=(1, 0.8, 0.6), intensity=7)
     g.camera((0.3, 2.2, 6.8), (0, 0.75, 0), 33)
+    return g
+
+
+def normal_map_bias():
+    """Rough dented metal under the same radiance from everywhere. Blender 3.4.1 keeps sampled directions below the mapped
+    normal's horizon, for which its evaluation is zero: the picture depends on how the light was found."""
+    g = Glb(color=(1, 1, 1))
+    bumps = g.texture(g.image(image.png(grid(16, dents), srgb=False)))
+    sheet = floor(3, texcoords=[(-1.5, 1.5), (1.5, 1.5), (1.5, -1.5), (-1.5, -1.5)])
+    sheet.normals, sheet.tangents = [(0, 1, 0)] * 4, [(1, 0, 0, 1)] * 4
+    g.put(sheet, g.material("dents", (0.6, 0.55, 0.5), 0.9, 1.0, textures={"normalTexture": {"index": bumps}}))
+    g.camera((0.3, 3.0, 5.2), (0, 0, 0), 12)
     return g
 
 
