@@ -13,6 +13,7 @@
 #include "app/results.h"
 #include "app/run.h"
 #include "base/error.h"
+#include "report/report.h"
 #include "suite/schema.h"
 
 namespace app {
@@ -21,8 +22,9 @@ namespace {
 constexpr const char* description =
     R"(assay: judges the pictures of a renderer against stored goldens, Blender, POV-Ray and closed forms.
 
-  assay run                        render every case, judge it, write build/results
+  assay run                        render every case, judge it, write build/results and the report
   assay run -k 'furnace*' -j 2     only some
+  assay report                     write the page about the last run again: build/report/index.html
   assay review                     what is pending, with numbers
   assay accept cornell --because "Box moved by 1 cm, see #12"
   assay compare a.exr b.exr --flip-map map.exr
@@ -103,6 +105,7 @@ int run_command(const RunArguments& a, const std::string& program) {
   const RunResult result = run(options);
   clear();
   std::cout << summary_of(options, result) << std::flush;
+  std::cout << "report: " << report::write(options.layout.build) << std::endl;
   return result.exit_code;
 }
 
@@ -145,6 +148,12 @@ int review_command(const Common& common) {
       std::cout << "    cannot be accepted: " << error.what() << "\n";
     }
   }
+  return 0;
+}
+
+int report_command(const Common& common, const std::string& file) {
+  const std::string build = common.build.empty() ? common.layout().build : common.build;
+  std::cout << report::write(build, file) << "\n";
   return 0;
 }
 
@@ -231,7 +240,7 @@ int dispatch(const std::vector<std::string>& arguments) {
       "0.02");
   compare_app->callback([&] { code = compare(compare_options); });
 
-  Common accept_common, reject_common, review_common, audit_common;
+  Common accept_common, reject_common, review_common, report_common, audit_common;
   std::vector<std::string> accept_names, reject_names;
   std::string because;
   CLI::App* accept = app.add_subcommand("accept", "Make pending pictures the goldens of their cases");
@@ -249,6 +258,13 @@ int dispatch(const std::vector<std::string>& arguments) {
   CLI::App* review = app.add_subcommand("review", "List pending pictures with their numbers");
   add_common(review, review_common);
   review->callback([&] { code = review_command(review_common); });
+
+  std::string report_file;
+  CLI::App* report_app = app.add_subcommand("report", "Write the HTML report about the last run again");
+  add_common(report_app, report_common);
+  report_app->add_option("-o,--out", report_file, "Default: report/index.html in the build folder")
+      ->type_name("FILE");
+  report_app->callback([&] { code = report_command(report_common, report_file); });
 
   CLI::App* audit_app = app.add_subcommand("audit", "Check goldens and stored witnesses without rendering");
   add_common(audit_app, audit_common);

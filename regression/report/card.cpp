@@ -1,0 +1,270 @@
+#include "report/card.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "report/gallery.h"
+#include "report/html.h"
+
+namespace report {
+namespace {
+
+// A witness that differs where the case says it must.
+bool as_expected(const Json& witness) {
+  return text(witness, "expect") == "differs" && flag(witness, "passed");
+}
+
+bool golden_passed(const std::string& verdict) {
+  return verdict == "IDENTICAL" || verdict == "EQUIVALENT" || verdict == "QUIETER";
+}
+
+bool is_analytic(const Json& witness) { return text(witness, "kind") == "analytic"; }
+
+std::string kind_name(const Json& witness) {
+  const std::string kind = text(witness, "kind"), quantity = text(witness, "quantity");
+  return (kind == "blender"  ? "Blender"
+          : kind == "povray" ? "POV-Ray"
+                             : text(witness, "label")) +
+         (quantity.empty() ? "" : " " + quantity);
+}
+
+std::string measure_title(const std::string& name) {
+  return name == "flip" ? "FLIP" : name == "rmse" ? "RMSE" : name == "relative mse" ? "relative MSE" : name;
+}
+
+// What a number of the results is in: shares of the image's mean as percent, everything else as it is.
+std::string measure_value(const std::string& name, const std::optional<double>& value) {
+  return name.rfind("bias", 0) == 0 ? percent_text(value) : number_text(value);
+}
+
+std::string measures_html(const Json& measures) {
+  if (!measures.is_array() || measures.empty()) return "";
+  std::string out =
+      "<table class=\"measures\"><thead><tr><th>measure<th>value<th>limit<th></tr></thead><tbody>\n";
+  for (const Json& m : measures) {
+    const bool limited = m.is_object() && m.contains("limit"), ok = flag(m, "ok");
+    const std::string name = text(m, "name");
+    const auto value = number(m, "value"), limit = number(m, "limit");
+    out += std::string("<tr") + (ok ? "" : " class=\"fails\"") + "><td>" + escape(measure_title(name)) +
+           "<td>" + measure_value(name, value) + "<td>" + (limited ? measure_value(name, limit) : "–") +
+           "<td>";
+    if (limited && value && limit && *limit > 0) {
+      char width[32];
+      std::snprintf(width, sizeof width, "%.1f", std::clamp(100 * *value / *limit, 0., 100.));
+      out += "<span class=\"meter\"><i style=\"width:" + std::string(width) + "%\"></i></span>";
+    }
+    out += ok ? "" : " <b>✗</b>";
+    out += "</tr>\n";
+  }
+  return out + "</tbody></table>\n";
+}
+
+// Intervals of the bias of each channel, drawn against the margin.
+std::string bias_html(const Json& channels, double margin) {
+  static const char* const names[] = {"red", "green", "blue", "luminance"};
+  if (!channels.is_object()) return "";
+  double widest = margin;
+  for (const char* name : names)
+    for (const char* end : {"low", "high"})
+      widest = std::max(widest, std::fabs(number(entry(channels, name), end).value_or(0)));
+  const double range = 1.15 * std::min(widest, 6 * margin);
+  if (!(range > 0)) return "";
+  const auto x = [&](double fraction) { return 100 + 100 * std::clamp(fraction / range, -1., 1.); };
+  const auto text_of = [](double v) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.2f", v);
+    return std::string(buffer);
+  };
+  std::string out =
+      "<table class=\"bias\"><thead><tr><th>bias<th>ours − reference, 99 %<th class=\"plot\">margin ±" +
+      percent_text(margin) + "<th>p<th>detectable</tr></thead><tbody>\n";
+  for (const char* name : names) {
+    const Json& d = entry(channels, name);
+    if (!d.is_object()) continue;
+    const auto relative = number(d, "relative"), low = number(d, "low"), high = number(d, "high");
+    out += std::string("<tr") + (flag(d, "significant") ? " class=\"fails\"" : "") + "><td>" + name + "<td>" +
+           signed_percent_text(relative);
+    if (low && high)
+      out += " <small>[" + signed_percent_text(low) + ", " + signed_percent_text(high) + "]</small>";
+    out += "<td class=\"plot\"><svg viewBox=\"0 0 200 14\" class=\"" + std::string(name) + "\"><rect x=\"" +
+           text_of(x(-margin)) + "\" y=\"0\" width=\"" + text_of(x(margin) - x(-margin)) +
+           "\" height=\"14\" class=\"margin\"/><path d=\"M100 0V14\" class=\"zero\"/>";
+    if (low && high)
+      out += "<path d=\"M" + text_of(x(*low)) + " 7H" + text_of(x(*high)) + "\" class=\"interval\"/>";
+    if (relative) out += "<circle cx=\"" + text_of(x(*relative)) + "\" cy=\"7\" r=\"3\"/>";
+    out += "</svg><td>" + number_text(number(d, "p")) + "<td>" + percent_text(number(d, "detectable")) +
+           "</tr>\n";
+  }
+  return out + "</tbody></table>\n";
+}
+
+std::string reason_html(const std::string& reason, bool passed) {
+  if (reason.empty()) return "";
+  return std::string("<p class=\"reason") + (passed ? "" : " fails") + "\">" + escape(reason) + "</p>\n";
+}
+
+std::string comparison_html(const std::string& title, const std::string& badge_html,
+                            const std::string& inner_html) {
+  return "<section class=\"comparison\"><h3>" + escape(title) + " " + badge_html + "</h3>\n" + inner_html +
+         "</section>\n";
+}
+
+// Pictures, and the numbers beside them where there is room.
+std::string body_html(const std::string& figures, const std::string& numbers) {
+  if (figures.empty() && numbers.empty()) return "";
+  return "<div class=\"body\">\n" +
+         (figures.empty() ? "" : "<div class=\"figures\">\n" + figures + "</div>\n") +
+         (numbers.empty() ? "" : "<div class=\"numbers\">\n" + numbers + "</div>\n") + "</div>\n";
+}
+
+std::string golden_html(const CaseResult& result, Gallery& gallery) {
+  const Json& golden = entry(result.json, "golden");
+  const Json& test = entry(golden, entry(golden, "welch").is_object() ? "welch" : "paired");
+  const bool fine = golden_passed(result.verdict());
+  std::string numbers = measures_html(entry(golden, "measures"));
+  numbers += bias_html(entry(test, "image"), number(entry(result.json, "margins"), "image").value_or(.005));
+  std::string facts;
+  if (const auto seen = number(golden, "detectable"); seen && *seen > 0)
+    facts += "smallest bias of the mean it would find 9 times in 10: " + percent_text(seen);
+  if (const auto looks = number(golden, "looks"); looks && *looks > 0)
+    facts += (facts.empty() ? "" : " · ") + std::string("fresh seeds judged: ") + number_text(looks);
+  if (const Json& noise = entry(golden, "noise"); noise.is_object())
+    facts += (facts.empty() ? "" : " · ") + std::string("noise variance × ") +
+             number_text(number(noise, "ratio")) + " [" + number_text(number(noise, "low")) + ", " +
+             number_text(number(noise, "high")) + "]";
+  return comparison_html("Golden", badge(result.verdict(), fine),
+                         reason_html(text(result.json, "reason"), fine) +
+                             body_html(gallery.golden_html(), numbers) +
+                             (facts.empty() ? "" : "<p class=\"facts\">" + escape(facts) + "</p>\n"));
+}
+
+std::string witness_html(const Json& witness, Gallery& gallery) {
+  std::string said = text(witness, "said_by");
+  if (const auto margin = number(witness, "margin"))
+    said += (said.empty() ? "margin " : " · margin ") + percent_text(margin);
+  if (const std::string because = text(witness, "because"); !because.empty())
+    said += " · expected to differ: " + because;
+  return comparison_html(
+      kind_name(witness), badge(text(witness, "verdict"), flag(witness, "passed"), "", as_expected(witness)),
+      reason_html(text(witness, "reason"), flag(witness, "passed")) +
+          body_html(gallery.witness_html(witness),
+                    measures_html(entry(witness, "measures")) +
+                        bias_html(entry(witness, "image"), number(witness, "margin").value_or(.005))) +
+          (said.empty() ? "" : "<p class=\"facts\">" + escape(said) + "</p>\n"));
+}
+
+// Closed forms come in numbers: one line each, the details of those that agree folded away.
+std::string analytic_html(const std::vector<Json>& entries) {
+  if (entries.empty()) return "";
+  std::string out;
+  std::size_t passed = 0;
+  for (const Json& w : entries) {
+    const bool fine = flag(w, "passed");
+    passed += fine;
+    out += std::string("<details") + (fine ? "" : " open") + "><summary>" +
+           badge(text(w, "verdict"), fine, "", as_expected(w)) + " " + escape(text(w, "label")) + " <small>" +
+           escape(text(w, "said_by")) + "</small></summary>\n" + reason_html(text(w, "reason"), fine) +
+           "<div class=\"numbers\">\n" + measures_html(entry(w, "measures")) +
+           bias_html(entry(w, "image"), number(w, "margin").value_or(.005)) + "</div></details>\n";
+  }
+  const std::string count = std::to_string(passed) + " of " + std::to_string(entries.size());
+  return comparison_html(
+      "Closed forms", badge(passed == entries.size() ? "AGREES" : "DIFFERS", passed == entries.size(), count),
+      out);
+}
+
+// Objects of objects as one table; values as JSON writes them, strings without quotes.
+std::string provenance_html(const Json& json) {
+  const auto plain = [](const Json& value) {
+    return value.is_string() ? value.get<std::string>()
+                             : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  std::string rows;
+  const auto add = [&](const std::string& group, const Json& object) {
+    if (!object.is_object()) return;
+    for (const auto& [key, value] : object.items())
+      rows += "<tr><td>" + escape(group) + "<td>" + escape(key) + "<td>" + escape(plain(value)) + "</tr>\n";
+  };
+  for (const char* key : {"options", "limits", "margins", "hashes"}) add(key, entry(json, key));
+  for (const char* key : {"render", "golden"}) add(key, entry(entry(json, "provenance"), key));
+  const Json& images = entry(entry(json, "golden"), "images");
+  add("files", images);
+  if (rows.empty()) return "";
+  return "<details class=\"provenance\"><summary>Provenance</summary><div class=\"scroll\"><table>\n" + rows +
+         "</table></div></details>\n";
+}
+
+// "cornell.glb · path · 64 × 64 · 64 samples in 8 replicates · depth 8 · seed 1 · 0.41 s"
+std::string settings_text(const Json& json) {
+  std::string out;
+  const auto add = [&](const std::string& part) { out += (out.empty() || part.empty() ? "" : " · ") + part; };
+  add(text(json, "scene"));
+  add(text(json, "shader"));
+  const Json& size = entry(json, "size");
+  if (size.is_array() && size.size() == 2) add(size[0].dump() + " × " + size[1].dump());
+  if (const auto spp = number(json, "spp")) {
+    add(number_text(spp) + " samples");
+    if (const auto replicates = number(json, "replicates"))
+      out += " in " + number_text(replicates) + " replicates";
+  }
+  for (const char* key : {"depth", "seed"})
+    if (const Json& value = entry(json, key); value.is_number()) add(std::string(key) + " " + value.dump());
+  if (const auto seconds = number(json, "seconds")) add(number_text(seconds) + " s");
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> filter_words(const CaseResult& result) {
+  std::vector<std::string> words = {"golden:" + result.verdict()};
+  if (!result.passed()) words.push_back("failing");
+  if (!text(result.json, "accept").empty()) words.push_back("pending");
+  for (const Json& w : entry(result.json, "witnesses"))
+    words.push_back("witness:" + text(w, "verdict") + (as_expected(w) ? " as expected" : ""));
+  std::sort(words.begin(), words.end());
+  words.erase(std::unique(words.begin(), words.end()), words.end());
+  return words;
+}
+
+std::string card_html(const CaseResult& result, const std::string& build, Floats& floats) {
+  const Json& json = result.json;
+  Gallery gallery(build, json, floats);
+  std::string badges = badge(result.verdict(), golden_passed(result.verdict()));
+  std::string witnesses;
+  std::vector<Json> analytic;
+  std::size_t analytic_passed = 0;
+  for (const Json& w : entry(json, "witnesses")) {
+    if (is_analytic(w)) {
+      analytic.push_back(w);
+      analytic_passed += flag(w, "passed");
+      continue;
+    }
+    badges += badge(text(w, "verdict"), flag(w, "passed"), kind_name(w), as_expected(w));
+    witnesses += witness_html(w, gallery);
+  }
+  if (!analytic.empty()) {
+    const bool all = analytic_passed == analytic.size();
+    badges +=
+        badge(all ? "AGREES" : "DIFFERS", all,
+              "closed forms " + std::to_string(analytic_passed) + "/" + std::to_string(analytic.size()));
+  }
+  std::string words;
+  for (const std::string& word : filter_words(result)) words += (words.empty() ? "" : "|") + word;
+  std::string tags;
+  for (const Json& tag : entry(json, "tags"))
+    if (tag.is_string()) tags += " <span class=\"tag\">" + escape(tag.get<std::string>()) + "</span>";
+
+  std::string out = "<details class=\"case\"" + attribute("id", "case-" + result.name) +
+                    attribute("data-name", result.name) + attribute("data-words", words) +
+                    (result.passed() ? "" : " open") + "><summary><h2>" + escape(result.name) +
+                    "</h2><span class=\"badges\">" + badges + "</span></summary>\n<p class=\"why\">" +
+                    escape(text(json, "why")) + "</p>\n<p class=\"facts\">" + escape(settings_text(json)) +
+                    tags + "</p>\n";
+  if (const std::string accept = text(json, "accept"); !accept.empty())
+    out += "<p class=\"accept\">If the new picture is right: <code>" + escape(accept) + "</code></p>\n";
+  out += golden_html(result, gallery) + witnesses + analytic_html(analytic) + provenance_html(json);
+  return out + "</details>\n";
+}
+
+}  // namespace report

@@ -1,0 +1,55 @@
+// Pixels as a page can hold them: colours for maps, PNG data URIs, and half floats in base64 for the exposure
+// slider and the pixel inspector.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "image/image.h"
+
+namespace report {
+
+std::string base64(std::string_view bytes);
+
+// IEEE 754 binary16, round to nearest even.
+std::uint16_t to_half(float value);
+
+// "data:image/png;base64,…"
+std::string png_uri(const image::Image& encoded);  // values are sRGB already
+
+// Linear light as FLIP shows it: ACES at 2^exposure, then the sRGB curve. Not a number: magenta.
+image::Image shown_radiance(const image::Image& linear, double exposure);
+
+// Vectors: [low, high] of any channel to [0,1].
+image::Image shown_vectors(const image::Image& image, double low, double high);
+
+// The first channel in magma, 0 black to `white` nearly white.
+image::Image shown_map(const image::Image& map, double white);
+
+// `signed_value` (one channel): black 0, to light orange at +1, to light blue at -1.
+image::Image shown_signed(const image::Image& signed_value);
+
+// The largest channel of a - b with its sign, times `gain`, as one channel. Same shapes.
+image::Image signed_difference(const image::Image& a, const image::Image& b, double gain);
+
+// The value that `share` of all finite |values| do not exceed; 0 if there are none.
+double percentile(const image::Image& image, double share);
+
+// The pictures of a page as half floats, each distinct one once.
+class Floats {
+ public:
+  // The picture's id in the table; empty if it is too large for one.
+  std::string add(const image::Image& image);
+
+  // {"p0": {"w", "h", "c", "scale", "half"}, …} with as many of the first pictures as fit into `max_bytes`.
+  std::string json(std::size_t max_bytes) const;
+
+ private:
+  std::vector<std::string> entries_;
+  std::map<std::string, std::string> ids_;  // from content
+};
+
+}  // namespace report

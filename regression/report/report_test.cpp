@@ -1,0 +1,297 @@
+#include "report/report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "image/io.h"
+#include "report/html.h"
+#include "report/pixels.h"
+#include "report/results.h"
+#include "suite/testing.h"
+
+namespace report {
+namespace {
+
+using suite::testing::write_text;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+// A build folder with results of cases as docs/formats.md has them.
+class Report : public ::testing::Test {
+ protected:
+  std::string build() const { return folder_.path() + "/build"; }
+
+  std::string picture(const std::string& name, unsigned seed, int width = 16) {
+    suite::testing::Recipe recipe;
+    recipe.width = width, recipe.height = width, recipe.seed = seed;
+    image::write_exr(build() + "/" + name, suite::testing::render(recipe));
+    return name;
+  }
+
+  Json result(const std::string& name, const std::string& verdict, bool passed) {
+    return {{"case", name},
+            {"verdict", verdict},
+            {"passed", passed},
+            {"exit_code", passed ? 0 : 1},
+            {"reason", passed ? "" : "bias of the image 1.2 %"},
+            {"why", "Notices what " + name + " notices."},
+            {"margins", {{"image", .005}}},
+            {"golden",
+             {{"measures",
+               {{{"name", "flip"}, {"value", .0625}, {"limit", .03125}, {"ok", false}},
+                {{"name", "relative mse"}, {"value", nullptr}, {"ok", true}}}},
+              {"images", {{"render", nullptr}, {"golden", nullptr}, {"flip", nullptr}}}}},
+            {"witnesses", Json::array()},
+            {"accept", ""}};
+  }
+
+  void save(const std::vector<Json>& results) {
+    Json run = {{"finished", "2026-01-02T03:04:05Z"}, {"seconds", 12.5}, {"renderer", "assay-render"}};
+    for (const Json& r : results) {
+      run["cases"].push_back(r["case"]);
+      write_text(build() + "/results/" + r["case"].get<std::string>() + ".json", r.dump());
+    }
+    write_text(build() + "/run.json", run.dump());
+  }
+
+  suite::testing::TemporaryFolder folder_;
+};
+
+TEST_F(Report, shows_verdicts_numbers_with_limits_and_how_to_accept) {
+  Json changed = result("box", "CHANGED", false);
+  changed["accept"] = "assay accept box --because \"…\"";
+  changed["golden"]["images"] = {{"render", picture("renders/box.exr", 1)},
+                                 {"golden", picture("goldens/box.exr", 2)},
+                                 {"flip", picture("results/box.flip.exr", 3)}};
+  changed["golden"]["welch"] = {
+      {"image",
+       {{"red", {{"relative", .012}, {"low", .011}, {"high", .013}, {"p", 1e-9}, {"significant", true}}}}},
+      {"tiles", {{{"x", 8}, {"y", 8}, {"width", 8}, {"height", 800}, {"t", 9.5}}}}};
+  changed["witnesses"] = {{{"label", "blender"},
+                           {"kind", "blender"},
+                           {"verdict", "DIFFERS"},
+                           {"passed", true},
+                           {"expect", "differs"},
+                           {"because", "its clearcoat is biased"},
+                           {"measures", Json::array()},
+                           {"images",
+                            {{"render", "renders/box.exr"},
+                             {"witness", picture("blender.exr", 4)},
+                             {"map", "results/box.flip.exr"},
+                             {"map_is", "flip"}}}}};
+  save({changed});
+  const std::string html = page(build());
+  for (const char* part : {">CHANGED</span>",
+                           "DIFFERS as expected",
+                           "its clearcoat is biased",
+                           "0.0625",
+                           "0.0312",
+                           "not finite",
+                           "bias of the image 1.2 %",
+                           "assay accept box --because &quot;…&quot;",
+                           "+1.2 %",
+                           "Notices what box notices.",
+                           "data-name=\"ours\"",
+                           "data-name=\"golden\"",
+                           "data-name=\"FLIP, golden\"",
+                           "data-name=\"ours − golden\"",
+                           "data-name=\"significance\"",
+                           "data-name=\"Blender\"",
+                           "data-name=\"FLIP, Blender\"",
+                           "data-name=\"ours − Blender\"",
+                           "2026-01-02T03:04:05Z",
+                           "1 of 1 cases fail, 1 pending"})
+    EXPECT_TRUE(contains(html, part)) << part;
+  EXPECT_EQ(count(html, "src=\"data:image/png;base64,"), 8u);
+  EXPECT_EQ(count(html, "\"half\":"), 4u) << "ours, golden, Blender and the one map, each once";
+}
+
+TEST_F(Report, puts_failures_first_and_opens_only_those) {
+  Json expected_later = result("a_fine", "IDENTICAL", true), noted = result("b_noted", "EQUIVALENT", true);
+  save({expected_later, noted, result("c_noisy", "NOISIER", false), result("d_changed", "CHANGED", false)});
+  const std::string html = page(build());
+  std::size_t last = 0;
+  for (const char* name : {"d_changed", "c_noisy", "b_noted", "a_fine"}) {
+    const std::size_t at = html.find("id=\"case-" + std::string(name));
+    ASSERT_NE(at, std::string::npos) << name;
+    EXPECT_GT(at, last) << name;
+    last = at;
+  }
+  EXPECT_EQ(count(html, " open><summary><h2>"), 2u);
+  EXPECT_TRUE(contains(html, "data-word=\"failing\" aria-pressed=\"false\">failing <b>2</b>"));
+}
+
+TEST_F(Report, shows_a_picture_once_if_ours_and_the_golden_have_the_same_bits) {
+  Json r = result("same", "IDENTICAL", true);
+  r["golden"]["images"] = {
+      {"render", picture("a.exr", 1)}, {"golden", picture("b.exr", 1)}, {"flip", nullptr}};
+  save({r});
+  const std::string html = page(build());
+  EXPECT_TRUE(contains(html, "data-name=\"ours = golden\""));
+  EXPECT_EQ(count(html, "src=\"data:image/png;base64,"), 1u);
+}
+
+TEST_F(Report, escapes_everything_that_comes_from_files) {
+  const std::string evil = "<script>alert(1)</script>\"'&\x01 http://example.org/";
+  Json r = result("evil", "CHANGED", false);
+  for (const char* key : {"verdict", "reason", "why", "scene", "shader", "accept"}) r[key] = evil;
+  r["tags"] = {evil};
+  r["options"] = {{evil, evil}};
+  r["size"] = {evil, evil};
+  r["golden"]["measures"] = {{{"name", evil}, {"value", 1}, {"limit", 2}, {"ok", true}}};
+  r["golden"]["images"] = {{"render", evil}, {"golden", evil}, {"flip", evil}};
+  r["provenance"] = {{"render", {{"commit", evil}, {evil, {{evil, evil}}}}}};
+  for (const char* kind : {"analytic", "povray", "strange"}) {
+    Json w = {{"images", {{"witness", evil}, {"render", evil}, {"map", evil}}}, {"kind", kind}};
+    for (const char* key : {"label", "quantity", "verdict", "reason", "said_by", "because"}) w[key] = evil;
+    r["witnesses"].push_back(w);
+  }
+  save({r});
+  Json run = {{"cases", {"evil"}}, {"finished", evil}, {"renderer", evil}, {"orphans", {evil}}};
+  write_text(build() + "/run.json", run.dump());
+  const std::string html = page(build());
+  EXPECT_FALSE(contains(html, "<script>alert"));
+  EXPECT_TRUE(contains(html, "&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39;&amp;\xef\xbf\xbd"));
+  EXPECT_EQ(count(html, "<script"), 2u) << "the table of floats and the page's own";
+  EXPECT_FALSE(contains(html, "=\"http")) << "no address becomes a link";
+}
+
+TEST_F(Report, refers_to_nothing_outside_itself) {
+  Json r = result("box", "CHANGED", false);
+  r["golden"]["images"]["render"] = picture("a.exr", 1);
+  save({r});
+  const std::string html = page(build());
+  for (const char* part :
+       {"http:", "https:", "//www", "@import", "url(", "<link", "<iframe", "src=\"/", "src=\"."})
+    EXPECT_FALSE(contains(html, part)) << part;
+  EXPECT_TRUE(contains(html, "default-src &#39;none&#39;"));
+}
+
+TEST_F(Report, shows_what_is_missing_or_damaged_and_goes_on) {
+  Json gone = result("gone", "CHANGED", false), damaged = result("damaged", "BROKEN", false);
+  gone["golden"]["images"] = {
+      {"render", "renders/nowhere.exr"}, {"golden", picture("b.exr", 1)}, {"flip", 7}};
+  write_text(build() + "/bad.exr", "not a picture");
+  damaged["golden"]["images"] = {{"render", "bad.exr"}, {"golden", "b.exr"}, {"flip", "bad.exr"}};
+  Json sizes = result("sizes", "BROKEN", false);
+  sizes["golden"]["images"] = {{"render", picture("small.exr", 1, 8)}, {"golden", "b.exr"}};
+  Json odd = {
+      {"case", "odd"}, {"verdict", 3}, {"golden", "?"}, {"witnesses", {1, "x", nullptr}}, {"size", {1}}};
+  save({gone, damaged, sizes, odd, result("lost", "CHANGED", false), result("cut", "CHANGED", false)});
+  std::filesystem::remove(build() + "/results/lost.json");
+  write_text(build() + "/results/cut.json", "{\"case\": \"cut\", ");
+  const std::string html = page(build());
+  EXPECT_TRUE(contains(html, "missing: " + build() + "/renders/nowhere.exr"));
+  EXPECT_TRUE(contains(html, build() + "/bad.exr: "));
+  EXPECT_TRUE(contains(html, "sizes differ: 8 × 8, 16 × 16"));
+  EXPECT_TRUE(contains(html, "results/lost.json: missing"));
+  EXPECT_TRUE(contains(html, "results/cut.json: not a JSON object"));
+  EXPECT_EQ(count(html, "<details class=\"case\""), 6u);
+}
+
+TEST_F(Report, of_pictures_that_are_not_finite_shows_them) {
+  image::Render bad;
+  bad.mean = image::Image(4, 4, 3, std::numeric_limits<float>::quiet_NaN());
+  image::write_exr(build() + "/nan.exr", bad);
+  bad.mean = image::Image(4, 4, 3, std::numeric_limits<float>::infinity());
+  image::write_exr(build() + "/inf.exr", bad);
+  Json r = result("nan", "BROKEN", false);
+  r["golden"]["images"] = {{"render", "nan.exr"}, {"golden", "inf.exr"}, {"flip", "nan.exr"}};
+  save({r});
+  EXPECT_GE(count(page(build()), "src=\"data:image/png;base64,"), 3u);
+}
+
+TEST_F(Report, of_a_run_that_did_not_finish_says_so) {
+  save({result("box", "IDENTICAL", true)});
+  std::filesystem::remove(build() + "/run.json");
+  EXPECT_TRUE(contains(page(build()), "the run did not finish"));
+  std::filesystem::remove_all(build() + "/results");
+  EXPECT_THROW(page(build()), base::Error);
+}
+
+TEST_F(Report, is_the_same_bytes_for_the_same_results) {
+  Json r = result("box", "CHANGED", false);
+  r["golden"]["images"] = {{"render", picture("a.exr", 1)}, {"golden", picture("b.exr", 2)}};
+  save({r, result("sphere", "IDENTICAL", true)});
+  EXPECT_EQ(page(build()), page(build()));
+  EXPECT_EQ(suite::testing::read_text(write(build())), page(build()));
+  EXPECT_EQ(write(build(), folder_.path() + "/x/y.html"), folder_.path() + "/x/y.html");
+}
+
+TEST_F(Report, of_a_hundred_cases_stays_below_15_MB) {
+  std::vector<Json> results;
+  for (unsigned i = 0; i < 100; ++i) {
+    const std::string name = "case" + std::to_string(i);
+    results.push_back(result(name, "CHANGED", false));
+    results.back()["golden"]["images"] = {{"render", picture(name + ".a.exr", 2 * i, 64)},
+                                          {"golden", picture(name + ".b.exr", 2 * i + 1, 64)}};
+  }
+  save(results);
+  const std::string html = page(build());
+  EXPECT_LT(html.size(), 15'000'000u);
+  EXPECT_GT(count(html, "\"half\":"), 100u) << "room for most pictures' floats";
+}
+
+TEST(Base64, is_that_of_RFC_4648) {
+  const std::pair<const char*, const char*> vectors[] = {{"", ""},
+                                                         {"f", "Zg=="},
+                                                         {"fo", "Zm8="},
+                                                         {"foo", "Zm9v"},
+                                                         {"foob", "Zm9vYg=="},
+                                                         {"fooba", "Zm9vYmE="},
+                                                         {"foobar", "Zm9vYmFy"}};
+  for (const auto& [plain, encoded] : vectors) EXPECT_EQ(base64(plain), encoded);
+  EXPECT_EQ(base64(std::string("\xff\xfe\x00", 3)), "//4A");
+}
+
+TEST(Half, of_every_half_is_itself_and_between_two_the_nearest_even) {
+  const auto value = [](int half) {  // of a positive finite half
+    const int exponent = half >> 10, mantissa = half & 1023;
+    return exponent ? std::ldexp(1024. + mantissa, exponent - 25) : std::ldexp(mantissa, -24);
+  };
+  for (int half = 0; half < 0x7c00; ++half) {
+    EXPECT_EQ(to_half(static_cast<float>(value(half))), half);
+    EXPECT_EQ(to_half(-static_cast<float>(value(half))), half | 0x8000);
+    const double middle = (value(half) + (half == 0x7bff ? 65536 : value(half + 1))) / 2;
+    EXPECT_EQ(to_half(static_cast<float>(middle)), half + (half & 1));
+    EXPECT_EQ(to_half(std::nextafter(static_cast<float>(middle), 0.f)), half);
+    EXPECT_EQ(to_half(std::nextafter(static_cast<float>(middle), 1e9f)), half + 1);
+  }
+  EXPECT_EQ(to_half(std::numeric_limits<float>::infinity()), 0x7c00);
+  EXPECT_EQ(to_half(-1e30f), 0xfc00);
+  EXPECT_GT(to_half(std::numeric_limits<float>::quiet_NaN()) & 0x7fff, 0x7c00);
+}
+
+TEST(Shown, maps_have_the_colours_of_magma) {
+  // Matplotlib 3.8: magma(0), magma(128), magma(255), in 8 bits.
+  const double expected[3][3] = {{0, 0, 4}, {183, 55, 121}, {252, 253, 191}};
+  image::Image map(3, 1, 1);
+  map.data = {0, .50196f, 1};
+  const image::Image shown = shown_map(map, 1);
+  for (int x = 0; x < 3; ++x)
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(255 * shown.at(x, 0, c), expected[x][c], 6) << x << " " << c;
+}
+
+TEST(Shown, differences_are_orange_where_ours_is_brighter_and_blue_where_it_is_darker) {
+  image::Image ours(3, 1, 3, .5f), golden = ours;
+  ours.at(0, 0, 2) = .75f;
+  ours.at(1, 0, 1) = .25f;
+  const image::Image shown = shown_signed(signed_difference(ours, golden, 2));
+  EXPECT_GT(shown.at(0, 0, 0), shown.at(0, 0, 2));
+  EXPECT_LT(shown.at(1, 0, 0), shown.at(1, 0, 2));
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(shown.at(2, 0, c), 0);
+}
+
+}  // namespace
+}  // namespace report
