@@ -136,6 +136,17 @@ TEST_F(Runs, call_non_finite_pictures_broken_even_if_the_golden_were_as_bad) {
   EXPECT_EQ(assay({"accept", "a", "--because", "x"}), 2);
 }
 
+TEST_F(Runs, have_the_same_limits_where_ci_is_set) {
+  bless({"a"});
+  suite_.prepare("a", render(recipe(1, 1.002)));
+  EXPECT_EQ(run_all(), 1);
+  const std::string reason = result("a")["reason"];
+  ::setenv("CI", "true", 1);
+  EXPECT_EQ(run_all(), 1);
+  ::unsetenv("CI");
+  EXPECT_EQ(result("a")["reason"], reason);
+}
+
 TEST_F(Runs, fail_on_orphans) {
   bless({"a"});
   fs::copy_file(suite_.layout.golden_file("a"), suite_.layout.golden_file("gone"));
