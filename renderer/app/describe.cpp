@@ -1,7 +1,7 @@
 #include "app/describe.h"
 
 #include <cstdint>
-#include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/parse.h"
@@ -102,7 +102,7 @@ json decisive(const Options& o, const scene::Scene& scene) {
     else
       out["d-constant"] = "auto";
   }
-  if (!o.environment.empty()) out["environment"] = o.environment;
+  if (!o.environment.empty()) out["environment"] = std::filesystem::path(o.environment).filename().string();
   if (o.environment_color) out["environment-color"] = decimal(*o.environment_color);
   return out;
 }

@@ -85,6 +85,8 @@ TEST_F(JobTest, writes_the_whole_header) {
   EXPECT_EQ(header<std::string>(exr, "scene_hash").size(), 64u);
   for (const char* name : {"version", "commit", "isa", "command"})
     EXPECT_NE(header<std::string>(exr, name), "") << name;
+  EXPECT_EQ(header<std::string>(exr, "command").rfind("assay-render scene.gltf --out out.exr --shader", 0),
+            0u);
   EXPECT_EQ(header<int>(exr, "spp"), 16);
   EXPECT_EQ(header<int>(exr, "replicates"), 8);
   EXPECT_EQ(header<int>(exr, "seed"), 1);

@@ -30,7 +30,7 @@ int render(app::Options& options) {
   try {
     app::complete(options);
     app::Console console(options.quiet, options.log);
-    console.log(app::command(options));
+    console.log(app::command(options, true));
     app::Stage stage;
     result = app::run(options, stage, console);
   } catch (const std::exception& error) {

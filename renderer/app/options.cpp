@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/parse.h"
@@ -68,6 +69,7 @@ void set_file(std::string& file, const std::string& text) {
   file = text;
 }
 
+const char* const file_value = "FILE";
 const char* const g_picture = "Picture";
 const char* const g_camera = "Camera and size";
 const char* const g_samples = "Samples";
@@ -113,10 +115,11 @@ std::string text_of(const std::string& name, const nlohmann::json& value) {
 const std::vector<Row>& table() {
   using S = const std::string&;
   static const std::vector<Row> rows = {
-      {"scene", "", "", "SCENE", "the scene, .gltf or .glb", true,
+      {"scene", "", "", file_value, "the scene, .gltf or .glb", true,
        [](Options& o, S v) { set_file(o.scene, v); }},
-      {"out", "-o", g_output, "FILE", "the picture: .exr (layers, variance, provenance), .hdr, .png, .jpg",
-       true, [](Options& o, S v) { set_file(o.out, v); }},
+      {"out", "-o", g_output, file_value,
+       "the picture: .exr (layers, variance, provenance), .hdr, .png, .jpg", true,
+       [](Options& o, S v) { set_file(o.out, v); }},
 
       {"shader", "", g_picture, "NAME",
        "disney (default), principled (Blender's), path_disney, path, direct, path-nomis,\n"
@@ -158,7 +161,7 @@ const std::vector<Row>& table() {
          o.render.filter = static_cast<Filter>(parse_choice(v, {"box", "triangle", "blackman-harris"}));
        }},
 
-      {"environment", "", g_light, "FILE",
+      {"environment", "", g_light, file_value,
        "latitude-longitude .exr or .hdr in place of the scene's environment", true,
        [](Options& o, S v) { set_file(o.environment, v); }},
       {"environment-color", "", g_light, "R,G,B", "constant radiance in place of the scene's environment",
@@ -181,7 +184,7 @@ const std::vector<Row>& table() {
        [](Options& o, S) { o.filmic = true; }},
       {"save-progress", "", g_output, "", "write the picture so far every few seconds", true,
        [](Options& o, S) { o.save_progress = true; }},
-      {"log", "", g_output, "FILE", "append what happened, with times", true,
+      {"log", "", g_output, file_value, "append what happened, with times", true,
        [](Options& o, S v) { set_file(o.log, v); }},
 
       {"threads", "", g_running, "N", "0 is all (0); the picture does not depend on it", true,
@@ -319,18 +322,20 @@ void choose_size(Options& o, float camera_aspect) {
                o.given.at("crop"));
 }
 
-std::string command(const Options& options) {
-  const auto quoted = [](const std::string& text) {
+std::string command(const Options& options, bool with_folders) {
+  const auto shown = [&](const Row& row) {
+    std::string text = options.given.at(row.name);
+    if (!with_folders && row.value == file_value) text = std::filesystem::path(text).filename().string();
     if (text.find_first_of(" \t\n'\"\\$&;()<>|*?#`~!") == std::string::npos) return text;
-    std::string out = "'";
-    for (char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return out + "'";
+    std::string quoted = "'";
+    for (char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
   };
-  std::string text = "assay-render " + quoted(options.scene);
+  std::string text = "assay-render";
   for (const Row& row : table()) {
-    if (row.name == "scene" || !row.in_jobs || !options.has(row.name)) continue;
-    text += " --" + row.name;
-    if (!row.value.empty()) text += " " + quoted(options.given.at(row.name));
+    if (!row.in_jobs || !options.has(row.name)) continue;
+    if (row.name != "scene") text += " --" + row.name;
+    if (!row.value.empty()) text += " " + shown(row);
   }
   return text;
 }

@@ -67,8 +67,9 @@ void complete(Options& options);
 // Fills in the size from the camera's aspect (0: it has none) and checks the crop against it.
 void choose_size(Options& options, float camera_aspect);
 
-// The options as a command line that does the same, for the provenance.
-std::string command(const Options& options);
+// The options as a command line that does the same. Provenance leaves out the folders, which say where
+// somebody works and not what was done.
+std::string command(const Options& options, bool with_folders);
 
 std::string help();
 std::string shader_name(integrator::Shader shader);

@@ -226,7 +226,7 @@ TEST(Job, means_the_same_as_the_command_line) {
                             "0.5,1,2",
                             "--layers",
                             "albedo,depth"});
-  EXPECT_EQ(command(a), command(b));
+  EXPECT_EQ(command(a, true), command(b, true));
   EXPECT_EQ(a.render.d_constant, .005f);
   EXPECT_FALSE(a.save_progress);
 }
@@ -264,9 +264,11 @@ TEST(Help, names_every_option_and_every_exit_code) {
   for (const std::string& line : split(text, '\n')) EXPECT_LE(line.size(), 110u) << line;
 }
 
-TEST(Command, quotes_what_a_shell_would_change) {
-  const Options o = parsed({"a b.glb", "-o", "it's.exr", "--spp", "4"});
-  EXPECT_EQ(command(o), "assay-render 'a b.glb' --out 'it'\\''s.exr' --spp 4");
+TEST(Command, quotes_what_a_shell_would_change_and_leaves_out_folders_if_told_to) {
+  const Options o = parsed({"x/a b.glb", "-o", "/y/it's.exr", "--spp", "4", "--environment", "z/e.hdr"});
+  EXPECT_EQ(command(o, true),
+            "assay-render 'x/a b.glb' --out '/y/it'\\''s.exr' --spp 4 --environment z/e.hdr");
+  EXPECT_EQ(command(o, false), "assay-render 'a b.glb' --out 'it'\\''s.exr' --spp 4 --environment e.hdr");
 }
 
 TEST(Nearest, finds_slips_and_beginnings_but_not_strangers) {

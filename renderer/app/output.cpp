@@ -30,7 +30,7 @@ image::Metadata provenance(const Options& options, const scene::Scene& scene,
   data.set("assay:version", version());
   data.set("assay:commit", commit());
   data.set("assay:scene_hash", scene.hash);
-  data.set("assay:command", command(options));
+  data.set("assay:command", command(options, false));
   data.set("assay:shader", shader_name(r.shader));
   data.set("assay:isa", renderer.isa());
   data.set("assay:options", decisive(options, scene).dump());
