@@ -213,20 +213,36 @@ TEST(Guard, refuses_every_dangling_reference_and_names_it) {
                           "/accessors/0/sparse/indices/bufferView",
                           "/accessors/0/sparse/values/bufferView",
                           "/bufferViews/0/buffer"};
-  for (const char* place : places)
-    for (const char* value : {"-1", "99", "2147483647", "9223372036854775808", "1.5", "\"0\"", "null"}) {
+  for (const std::string place : places) {
+    // "/a/0/b" as messages spell it: "a[0].b".
+    std::string dotted;
+    std::istringstream steps(place.substr(1));
+    for (std::string step; std::getline(steps, step, '/');)
+      dotted += std::isdigit(step[0]) ? '[' + step + ']' : (dotted.empty() ? "" : ".") + step;
+    const auto with = [&](const std::string& value) {
       File bad = f;
-      ASSERT_TRUE(bad.root.contains(json::json_pointer(place))) << place;
+      EXPECT_TRUE(bad.root.contains(json::json_pointer(place))) << place;
       bad.root[json::json_pointer(place)] = json::parse(value);
-      std::string dotted;
-      for (const char* c = place + 1; *c; ++c)
-        if (*c == '/' && std::isdigit(c[1]))
-          dotted += '[';
-        else
-          (dotted += *c == '/' ? "." : std::string(1, *c)) +=
-              std::isdigit(*c) && !std::isdigit(c[1]) ? "]" : "";
-      expect_refused(complaint(bad), "scene.glb: " + dotted);
-    }
+      return complaint(bad);
+    };
+    for (const char* value : {"-1", "99", "2147483647", "9223372036854775808", "1.5", "\"0\"", "null"})
+      expect_refused(with(value), "scene.glb: " + dotted);
+    // The first index past the end, whatever the array's length.
+    const std::string message = with("99"), below = "an index below ";
+    ASSERT_NE(message.find(below), std::string::npos) << message;
+    expect_refused(with(std::to_string(std::stoi(message.substr(message.find(below) + below.size())))),
+                   dotted);
+  }
+}
+
+TEST(Guard, refuses_codes_that_glTF_does_not_have) {
+  for (const char* key : {"wrapS", "wrapT", "magFilter", "minFilter"})
+    for (const char* code : {"0", "-1", "\"10497\"", "10497.0", "[]"})
+      expect_refused(after("/samplers", "[{\"" + std::string(key) + "\": " + code + "}]"),
+                     "samplers[0]." + std::string(key));
+  expect_refused(after("/meshes/0/primitives/0/mode", "7"), "meshes[0].primitives[0].mode");
+  expect_refused(after("/accessors/0/type", "\"VEC5\""), "accessors[0].type");
+  expect_refused(after("/accessors/0/type", "\"VEC3 VEC4\""), "accessors[0].type");
 }
 
 TEST(Guard, refuses_cycles_shared_nodes_and_deep_chains) {
@@ -281,6 +297,7 @@ TEST(Guard, reads_only_regular_files_inside_the_folder_of_the_scene) {
   std::filesystem::current_path(before);
   expect_refused(from_here, "buffers[0].uri");
   for (const std::string bad : {"../secret.bin",
+                                "sub/../sub/x.bin",
                                 "sub/../../secret.bin",
                                 "%2e%2e/secret.bin",
                                 "..%2fsecret.bin",

@@ -18,9 +18,9 @@ enum class PunctualUnits { automatic, watt, candela };
 struct Limits {
   std::uint64_t file_bytes =
       1u << 30;  // one file, and all buffers together; never above 2^31-1 (tinygltf's int)
-  std::uint64_t json_values = 8'000'000;  // commas and brackets
+  std::uint64_t json_values = 4'000'000;  // commas and brackets
   int json_depth = 64;
-  std::uint64_t nodes = 1'000'000;
+  std::uint64_t nodes = 500'000;
   int node_depth = 1024;
   std::uint64_t accessors = 200'000;
   std::uint64_t images = 1024;
