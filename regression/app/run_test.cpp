@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 
 #include "app/calibrate.h"
@@ -248,6 +249,19 @@ TEST_F(Runs, give_a_renderer_without_variance_a_seed_per_replicate) {
                 64;  // eight replicates of the recipe, averaged over 8 seeds, at 8 samples
   }
   EXPECT_NEAR(variance / expected, 1, .1);
+}
+
+TEST_F(Runs, end_with_a_report_that_the_command_report_writes_again) {
+  bless({"a"});
+  EXPECT_EQ(run_all(), 0);
+  const std::string file = suite_.layout.build + "/report/index.html", html = suite::testing::read_text(file);
+  EXPECT_NE(out_.find("report: " + file), std::string::npos) << out_;
+  EXPECT_NE(html.find("IDENTICAL"), std::string::npos);
+  std::filesystem::remove(file);
+  EXPECT_EQ(assay({"report"}), 0) << err_;
+  EXPECT_EQ(suite::testing::read_text(file), html);
+  std::filesystem::remove_all(suite_.layout.build);
+  EXPECT_EQ(assay({"report"}), 2);
 }
 
 TEST_F(Runs, select_cases_and_refuse_patterns_that_select_none) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "report/gallery.h"
 #include "report/html.h"
@@ -174,25 +175,41 @@ std::string analytic_html(const std::vector<Json>& entries) {
       out);
 }
 
-// Objects of objects as one table; values as JSON writes them, strings without quotes.
+// A value as JSON writes it, a string without quotes.
+std::string plain(const Json& value) {
+  if (value.is_null()) return "–";
+  return value.is_string() ? value.get<std::string>()
+                           : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// What the case says, then the headers of render and golden side by side, with what differs standing out.
 std::string provenance_html(const Json& json) {
-  const auto plain = [](const Json& value) {
-    return value.is_string() ? value.get<std::string>()
-                             : value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  };
-  std::string rows;
-  const auto add = [&](const std::string& group, const Json& object) {
-    if (!object.is_object()) return;
-    for (const auto& [key, value] : object.items())
-      rows += "<tr><td>" + escape(group) + "<td>" + escape(key) + "<td>" + escape(plain(value)) + "</tr>\n";
-  };
-  for (const char* key : {"options", "limits", "margins", "hashes"}) add(key, entry(json, key));
-  for (const char* key : {"render", "golden"}) add(key, entry(entry(json, "provenance"), key));
-  const Json& images = entry(entry(json, "golden"), "images");
-  add("files", images);
-  if (rows.empty()) return "";
-  return "<details class=\"provenance\"><summary>Provenance</summary><div class=\"scroll\"><table>\n" + rows +
-         "</table></div></details>\n";
+  std::string said, made;
+  for (const char* group : {"options", "limits", "margins", "hashes"})
+    if (const Json& object = entry(json, group); object.is_object())
+      for (const auto& [key, value] : object.items())
+        said +=
+            "<tr><td>" + std::string(group) + " " + escape(key) + "<td>" + escape(plain(value)) + "</tr>\n";
+  if (const Json& images = entry(entry(json, "golden"), "images"); images.is_object())
+    for (const auto& [key, value] : images.items())
+      said += "<tr><td>file " + escape(key) + "<td>" + escape(plain(value)) + "</tr>\n";
+  const Json& render = entry(entry(json, "provenance"), "render");
+  const Json& golden = entry(entry(json, "provenance"), "golden");
+  std::set<std::string> keys;
+  for (const Json* header : {&render, &golden})
+    if (header->is_object())
+      for (const auto& item : header->items()) keys.insert(item.key());
+  for (const std::string& key : keys) {
+    const Json &ours = entry(render, key), &theirs = entry(golden, key);
+    const bool differs = !ours.is_null() && !theirs.is_null() && ours != theirs;
+    made += std::string("<tr") + (differs ? " class=\"differs\"" : "") + "><td>" + escape(key) + "<td>" +
+            escape(plain(ours)) + "<td>" + escape(plain(theirs)) + "</tr>\n";
+  }
+  if (said.empty() && made.empty()) return "";
+  if (!made.empty()) made = "<table>\n<tr><th><th>render<th>golden</tr>\n" + made + "</table>\n";
+  if (!said.empty()) said = "<table>\n" + said + "</table>\n";
+  return "<details class=\"provenance\"><summary>Provenance</summary><div class=\"scroll\">" + said + made +
+         "</div></details>\n";
 }
 
 // "cornell.glb · path · 64 × 64 · 64 samples in 8 replicates · depth 8 · seed 1 · 0.41 s"

@@ -175,16 +175,17 @@ std::string Gallery::difference_html(const Comparison& c, const Picture& ours, c
   // The gain is the power of two that brings nearly all pixels just below full scale at the comparison's
   // exposure.
   const double scale = c.vectors ? 1 / (c.high - c.low) : std::exp2(c.exposure);
-  const image::Image difference = signed_difference(ours.pixels, theirs.pixels, scale);
-  double largest = percentile(difference, .99);
-  if (largest == 0) largest = percentile(difference, 1);
+  const image::Image signed_pixels = difference(ours.pixels, theirs.pixels);
+  const image::Image shown = largest_channel(signed_pixels, scale);
+  double largest = percentile(shown, .99);
+  if (largest == 0) largest = percentile(shown, 1);
   if (largest == 0) return "";
   const double gain = std::exp2(std::clamp(std::floor(-std::log2(largest)), 0., 40.));
-  return figure_html(name, shown_signed(signed_difference(ours.pixels, theirs.pixels, scale * gain)),
-                     "× " + number_text(gain) + ", orange more, blue less",
-                     attribute("data-show", "difference") + attribute("data-gain", exact(scale * gain)) +
-                         attribute("data-a", floats_.add(ours.pixels)) +
-                         attribute("data-b", floats_.add(theirs.pixels)) + (c.vectors ? " data-fixed" : ""));
+  // The difference goes into the page itself: that of two half floats would mostly be their rounding.
+  return figure_html(
+      name, shown_signed(largest_channel(shown, gain)), "× " + number_text(gain) + ", orange more, blue less",
+      attribute("data-show", c.vectors ? "vectors" : "difference") +
+          attribute("data-gain", exact(scale * gain)) + attribute("data-floats", floats_.add(signed_pixels)));
 }
 
 std::string Gallery::significance_html(const image::Image& ours) const {

@@ -108,15 +108,20 @@ image::Image shown_signed(const image::Image& signed_value) {
   return out;
 }
 
-image::Image signed_difference(const image::Image& a, const image::Image& b, double gain) {
-  image::Image out(a.width, a.height, 1);
-  for (std::size_t p = 0; p < a.pixels(); ++p) {
+image::Image difference(const image::Image& a, const image::Image& b) {
+  image::Image out = a;
+  for (std::size_t i = 0; i < out.data.size(); ++i) out.data[i] -= b.data[i];
+  return out;
+}
+
+image::Image largest_channel(const image::Image& image, double gain) {
+  image::Image out(image.width, image.height, 1);
+  for (std::size_t p = 0; p < image.pixels(); ++p) {
     double largest = 0;
-    for (int c = 0; c < a.channels; ++c) {
-      const std::size_t i = p * static_cast<std::size_t>(a.channels) + c;
-      const double d = static_cast<double>(a.data[i]) - b.data[i];
-      if (!(std::fabs(d) <= std::fabs(largest))) largest = d;
-      if (std::isnan(d)) break;
+    for (int c = 0; c < image.channels; ++c) {
+      const double v = image.data[p * static_cast<std::size_t>(image.channels) + c];
+      if (!(std::fabs(v) <= std::fabs(largest))) largest = v;
+      if (std::isnan(v)) break;
     }
     out.data[p] = static_cast<float>(largest * gain);
   }

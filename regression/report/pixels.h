@@ -32,8 +32,11 @@ image::Image shown_map(const image::Image& map, double white);
 // `signed_value` (one channel): black 0, to light orange at +1, to light blue at -1.
 image::Image shown_signed(const image::Image& signed_value);
 
-// The largest channel of a - b with its sign, times `gain`, as one channel. Same shapes.
-image::Image signed_difference(const image::Image& a, const image::Image& b, double gain);
+// a - b. Same shapes.
+image::Image difference(const image::Image& a, const image::Image& b);
+
+// The channel of largest size with its sign, times `gain`, as one channel; not a number wins.
+image::Image largest_channel(const image::Image& image, double gain);
 
 // The value that `share` of all finite |values| do not exceed; 0 if there are none.
 double percentile(const image::Image& image, double share);

@@ -45,8 +45,7 @@ const byte = x => curve[Math.round(4096 * x)];
 
 // Draws an <img> of the page at `stops` more exposure onto a canvas of its own resolution.
 function draw(img, canvas, stops) {
-  const d = img.dataset, floats = picture(d.floats), a = picture(d.a), b = picture(d.b);
-  const source = d.show === 'radiance' ? floats : d.show === 'difference' && !('fixed' in d) ? a && b && a : undefined;
+  const d = img.dataset, source = /radiance|difference/.test(d.show) && picture(d.floats);
   const context = canvas.getContext('2d');
   if (!source) {
     canvas.width = img.naturalWidth, canvas.height = img.naturalHeight;
@@ -67,7 +66,7 @@ function draw(img, canvas, stops) {
     for (let p = 0; p < n; ++p) {
       let v = 0;
       for (let c = 0; c < 3; ++c) {
-        const e = a.data[3 * p + c] - b.data[3 * p + c];
+        const e = source.data[3 * p + c];
         if (!(Math.abs(e) <= Math.abs(v))) v = e;
         if (Number.isNaN(e)) break;
       }
@@ -201,15 +200,13 @@ function inspect() {
   const title = text('tr', '', rows);
   text('td', here ? `pixel ${here.x}, ${here.y}` : 'point at a pixel', title);
   shots.forEach((img, i) => {
-    const d = img.dataset, one = picture(d.floats), a = picture(d.a), b = picture(d.b), any = one || a && b && a;
-    if (!any || any.w !== canvas.width || any.h !== canvas.height) return;
+    const d = img.dataset, one = picture(d.floats);
+    if (!one || one.w !== canvas.width || one.h !== canvas.height) return;
     const row = text('tr', '', rows);
     row.className = i === current ? 'current' : '';
     text('td', d.name, row);
-    for (let c = 0; here && c < any.c; ++c) {
-      const at = any.c * (here.y * any.w + here.x) + c;
-      text('td', (one ? one.data[at] : a.data[at] - b.data[at]).toPrecision(4), row);
-    }
+    for (let c = 0; here && c < one.c; ++c)
+      text('td', one.data[one.c * (here.y * one.w + here.x) + c].toPrecision(4), row);
   });
 }
 
