@@ -237,9 +237,12 @@ TEST_F(Report, of_a_hundred_cases_stays_below_15_MB) {
   std::vector<Json> results;
   for (unsigned i = 0; i < 100; ++i) {
     const std::string name = "case" + std::to_string(i);
-    results.push_back(result(name, "CHANGED", false));
-    results.back()["golden"]["images"] = {{"render", picture(name + ".a.exr", 2 * i, 64)},
-                                          {"golden", picture(name + ".b.exr", 2 * i + 1, 64)}};
+    Json r = result(name, "CHANGED", false);
+    const std::string ours = picture(name + ".a.exr", 3 * i, 64);
+    r["golden"]["images"] = {{"render", ours}, {"golden", picture(name + ".b.exr", 3 * i + 1, 64)}};
+    const std::string blender = picture(name + ".c.exr", 3 * i + 2, 64);
+    r["witnesses"] = {{{"kind", "blender"}, {"images", {{"render", ours}, {"witness", blender}}}}};
+    results.push_back(r);
   }
   save(results);
   const std::string html = page(build());
