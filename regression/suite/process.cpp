@@ -41,6 +41,36 @@ struct Pipe {
   }
 };
 
+// A started program. Never left running: not even if a callback throws.
+class Child {
+ public:
+  explicit Child(pid_t pid) : pid_(pid) {}
+  ~Child() { end(); }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  // Looked at, not reaped: as a zombie it keeps its number, so that end() can hit no stranger.
+  bool has_exited() const {
+    siginfo_t information{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &information, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           information.si_pid == pid_;
+  }
+  void kill_group() const { kill(-pid_, SIGKILL); }
+  // Kills what is left of its group and returns how it ended, as waitpid says it.
+  int end() {
+    if (pid_ > 0) {
+      kill_group();
+      waitpid(pid_, &status_, 0);
+    }
+    pid_ = 0;
+    return status_;
+  }
+
+ private:
+  pid_t pid_;
+  int status_ = 0;
+};
+
 // In the child, between fork and exec: only calls that are safe there.
 [[noreturn]] void become(char* const* arguments, const Pipe& out, const Pipe& err, const Pipe& failure) {
   setpgid(0, 0);
@@ -95,15 +125,15 @@ ProcessEnd run_process(const std::vector<std::string>& arguments, double timeout
 
   ProcessEnd end;
   const auto start = Clock::now();
-  const pid_t child = fork();
-  if (child < 0) base::fail("cannot fork: ", std::strerror(errno));
-  if (child == 0) become(pointers.data(), out, err, failure);
-  setpgid(child, child);  // in both, so that neither order of events loses
+  const pid_t pid = fork();
+  if (pid < 0) base::fail("cannot fork: ", std::strerror(errno));
+  if (pid == 0) become(pointers.data(), out, err, failure);
+  setpgid(pid, pid);  // in both, so that neither order of events loses
+  Child child(pid);
   out.close_write(), err.close_write(), failure.close_write();
 
   int error = 0;
   if (read(failure.ends[0], &error, sizeof error) == sizeof error) {
-    waitpid(child, nullptr, 0);
     end.start_error = "cannot start " + arguments[0] + ": " + std::strerror(error);
     return end;
   }
@@ -121,7 +151,6 @@ ProcessEnd run_process(const std::vector<std::string>& arguments, double timeout
     }
   };
 
-  int status = 0;
   for (bool exited = false;;) {
     pollfd files[2] = {{out.ends[0], POLLIN, 0}, {err.ends[0], POLLIN, 0}};
     const bool something = poll(files, 2, exited ? 0 : 20) > 0;
@@ -129,18 +158,20 @@ ProcessEnd run_process(const std::vector<std::string>& arguments, double timeout
     if (files[1].revents && !read_some(err.ends[0], end.error_output)) err.close_read();
     if (end.error_output.size() > 65536) end.error_output.erase(0, end.error_output.size() - 32768);
     hand_out_lines(false);
-    // Descendants may keep the pipes open for ever, so the end of the child, not of the streams, is the end.
-    if (exited && !something) break;
-    if (!exited && waitpid(child, &status, WNOHANG) == child) exited = true;
+    // Descendants may keep the pipes open, or go on writing, for ever: the end of the child is the end, once
+    // what it has written is read.
+    if (exited && (!something || Clock::now() > deadline)) break;
+    if (!exited && child.has_exited()) {
+      exited = true;
+      child.kill_group();
+    }
     if (!exited && Clock::now() > deadline) {
       end.timed_out = true;
-      kill(-child, SIGKILL);
-      waitpid(child, &status, 0);
       break;
     }
     if (out.ends[0] < 0 && err.ends[0] < 0 && !exited) usleep(2000);  // poll has nothing left to wait for
   }
-  kill(-child, SIGKILL);  // whatever it left behind
+  const int status = child.end();
   hand_out_lines(true);
   end.seconds = seconds_since(start);
   if (!end.timed_out && WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);

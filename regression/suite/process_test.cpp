@@ -50,6 +50,22 @@ TEST(Process, does_not_wait_for_descendants_that_keep_its_pipes) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(3));
 }
 
+TEST(Process, does_not_listen_for_ever_to_a_descendant_that_goes_on_writing) {
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_TRUE(shell("yes & exit 0").ok());
+  EXPECT_TRUE(shell("setsid yes & sleep .2; exit 0", 2).ok());  // one that has left the group
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(8));
+}
+
+TEST(Process, leaves_nothing_running_when_a_callback_throws) {
+  const testing::TemporaryFolder folder;
+  EXPECT_THROW(shell("echo a; sleep 1; touch " + folder.path() + "/alive", 20,
+                     [](const std::string&) -> double { throw base::Error("disk full"); }),
+               base::Error);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() + "/alive"));
+}
+
 TEST(Process, hands_out_lines_and_lets_them_move_the_deadline) {
   std::vector<std::string> lines;
   const ProcessEnd end =
