@@ -32,6 +32,7 @@ TESTED = "3.4."
 CHECK_SEED = 1000  # --check renders with seeds no stored render has used
 CHECK_SEEDS, CHECK_SHARE = 4, 4
 FALSE_ALARMS = 1e-6  # of one --check of one case
+ROUNDING = 1e-5  # relative, of a sum of equal samples in float
 
 
 def fail(message):
@@ -149,17 +150,18 @@ def store(blender, out):
 def worst_z(a, variance_a, replicates_a, b, variance_b, replicates_b, tile=8):
     """Largest |z| over tiles and the whole image, per channel, by Welch's t with Satterthwaite's degrees of freedom;
     and the z that a pair of equal pictures exceeds with probability FALSE_ALARMS. Pixels are independent."""
-    # Where nothing is random the two still differ by float rounding.
-    rounding = (1e-5 * np.maximum(np.abs(a), np.abs(b))) ** 2 + 1e-20
-    parts = [(a - b, 1), (variance_a + variance_b + rounding, 1),
-             (variance_a ** 2 / (replicates_a - 1) + variance_b ** 2 / (replicates_b - 1) + rounding ** 2 * 1e-6, 1)]
+    parts = (a - b, variance_a + variance_b,
+             variance_a ** 2 / (replicates_a - 1) + variance_b ** 2 / (replicates_b - 1), np.maximum(a, b))
     height, width, _ = a.shape
     regions = [(0, height, 0, width)] + [(y, min(y + tile, height), x, min(x + tile, width))
                                          for y in range(0, height, tile) for x in range(0, width, tile)]
     worst = 0.0
     for y0, y1, x0, x1 in regions:
-        difference, variance, spread = (p[y0:y1, x0:x1].sum(axis=(0, 1)) for p, _ in parts)
-        t2, freedom = difference ** 2 / variance, np.maximum(variance ** 2 / spread, 1)
+        difference, variance, spread, value = (p[y0:y1, x0:x1].sum(axis=(0, 1)) for p in parts)
+        # Sums of other numbers of samples differ by float rounding, in all pixels alike.
+        t2 = difference ** 2 / (variance + (ROUNDING * value) ** 2 + 1e-30)
+        freedom = np.maximum(variance ** 2 / np.maximum(spread, 1e-300), 1)
+        freedom = np.where(variance > 0, freedom, 1e9)
         # Wallace's normal deviate of Student's t.
         z = (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(t2 / freedom))
         worst = max(worst, float(z.max()))

@@ -201,6 +201,13 @@ class PlainPython(unittest.TestCase):
         z, limit = witness.worst_z(*render(truth, 4), 4, *b, 8)
         self.assertGreater(z, limit)
 
+    def test_the_check_forgives_rounding_where_nothing_is_random_and_nothing_more(self):
+        flat, nothing = np.full((32, 32, 3), .5), np.zeros((32, 32, 3))
+        z, limit = witness.worst_z(flat * (1 + 2e-5), nothing, 4, flat, nothing, 8)
+        self.assertLess(z, limit)
+        z, limit = witness.worst_z(flat * (1 + 2e-4), nothing, 4, flat, nothing, 8)
+        self.assertGreater(z, limit)
+
     def test_cases_blender_cannot_follow_are_refused_in_one_line(self):
         with tempfile.TemporaryDirectory() as folder:
             os.mkdir(os.path.join(folder, "cases"))
