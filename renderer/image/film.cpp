@@ -5,7 +5,8 @@
 
 namespace image {
 
-Film::Film(int width, int height, int replicates) : width_(width), height_(height), replicates_(replicates) {
+Film::Film(int width, int height, int replicates, Holds holds)
+    : width_(width), height_(height), replicates_(replicates), holds_(holds) {
   assert(width > 0 && height > 0 && replicates > 0);
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   cells_.resize(pixels * static_cast<size_t>(replicates));
@@ -19,7 +20,8 @@ size_t Film::index(int x, int y, int replicate) const {
 }
 
 void Film::add(int x, int y, int replicate, const math::Vec3& radiance) {
-  if (!math::is_finite(radiance) || radiance.x < 0 || radiance.y < 0 || radiance.z < 0) {
+  const bool negative = radiance.x < 0 || radiance.y < 0 || radiance.z < 0;
+  if (!math::is_finite(radiance) || (negative && holds_ == Holds::radiance)) {
     ++rejected_[index(x, y, replicate) / static_cast<size_t>(replicates_)];
     return;
   }

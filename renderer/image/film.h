@@ -12,13 +12,15 @@ namespace image {
 
 class Film {
  public:
-  Film(int width, int height, int replicates);
+  // What samples are: radiance, or data such as positions and normals, which may be negative.
+  enum class Holds { radiance, data };
+  Film(int width, int height, int replicates, Holds holds = Holds::radiance);
   int width() const { return width_; }
   int height() const { return height_; }
   int replicates() const { return replicates_; }
 
-  // Adds one sample. Non-finite or negative radiance is counted in rejected() and left out. Different pixels
-  // may be added to from different threads; one pixel only from one.
+  // Adds one sample. A non-finite one, and negative radiance, is counted in rejected() and left out.
+  // Different pixels may be added to from different threads; one pixel only from one.
   void add(int x, int y, int replicate, const math::Vec3& radiance);
 
   math::Vec3 mean(int x, int y) const;              // of the accepted samples; black if there are none
@@ -37,6 +39,7 @@ class Film {
   size_t index(int x, int y, int replicate) const;  // into cells_
   const Cell& cell(int x, int y, int replicate) const { return cells_[index(x, y, replicate)]; }
   int width_, height_, replicates_;
+  Holds holds_;
   std::vector<Cell> cells_;             // (y * width + x) * replicates + replicate
   std::vector<std::int32_t> rejected_;  // per pixel
 };

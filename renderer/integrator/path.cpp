@@ -12,7 +12,7 @@ using math::Vec3;
 using math::Vec4;
 
 // Groups of four random numbers: 0 belongs to the camera, then two for each bounce.
-constexpr std::uint32_t camera_group = 0, first_bounce_group = 1, groups_per_bounce = 2;
+constexpr std::uint32_t first_bounce_group = 1, groups_per_bounce = 2;
 
 // Paths shorter than this are never ended by roulette.
 constexpr int roulette_start = 3;

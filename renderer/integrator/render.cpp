@@ -210,7 +210,12 @@ Renderer::Renderer(const scene::Scene& scene, const Settings& settings)
     : impl_(std::make_unique<Impl>(scene, settings)) {}
 Renderer::~Renderer() = default;
 
-image::Film Renderer::film() const { return {impl_->width, impl_->height, impl_->settings.replicates}; }
+image::Film Renderer::film() const {
+  const Shader shader = impl_->settings.shader;
+  const bool data = shader == Shader::normal || shader == Shader::position || shader == Shader::texcoord;
+  return {impl_->width, impl_->height, impl_->settings.replicates,
+          data ? image::Film::Holds::data : image::Film::Holds::radiance};
+}
 
 bool Renderer::render(image::Film& film, int first, int count, const Progress& progress) const {
   const Impl& m = *impl_;

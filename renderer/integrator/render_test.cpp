@@ -93,6 +93,14 @@ TEST(Render, thread_count_passes_and_crop_do_not_change_a_bit) {
     }
 }
 
+TEST(Render, positions_and_normals_may_be_negative) {
+  const scene::Scene s = two_spheres();
+  for (const Shader shader : {Shader::position, Shader::normal}) {
+    const image::Film film = render(s, small(shader, 8));  // which expects no rejected sample
+    EXPECT_LT(film.mean(1, 2).x * film.mean(14, 2).x, 0);
+  }
+}
+
 TEST(Render, settings_that_make_no_sense_are_named) {
   const scene::Scene s = two_spheres();
   Settings settings = small(Shader::path, 10);

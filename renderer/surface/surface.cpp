@@ -78,7 +78,7 @@ Vec3 origin(const Point& p, const Vec3& direction) {
 }
 
 Surfaces::Surfaces(const scene::Scene& scene, bsdf::Model model)
-    : scene_(scene), model_(model), textures_(scene, model == bsdf::Model::principled) {
+    : scene_(scene), textures_(scene, model == bsdf::Model::principled) {
   places_.reserve(scene.instances.size());
   for (const scene::Instance& i : scene.instances) {
     Place place;

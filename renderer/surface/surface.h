@@ -79,7 +79,6 @@ class Surfaces {
                       const scene::Texture& texture) const;
 
   const scene::Scene& scene_;
-  bsdf::Model model_;
   Textures textures_;
   std::vector<Place> places_;
 };
