@@ -4,8 +4,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
 
 #include "app/audit.h"
 #include "app/calibrate.h"
@@ -59,7 +62,34 @@ void demand_cases(const suite::Layout& layout, const std::vector<std::string>& n
   }
 }
 
-suite::RendererCommand renderer_of(const suite::Layout& layout, const std::string& command, int threads) {
+// A number from low to high; CLI11's own ranges let NaN through.
+CLI::Validator between(double low, double high) {
+  return CLI::Validator(
+      [=](std::string& text) -> std::string {
+        double value = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, value);
+        if (is_number && value >= low && value <= high) return {};
+        std::ostringstream message;
+        message << "wanted a number from " << low << " to " << high << ", found " << text;
+        return message.str();
+      },
+      "");
+}
+
+// Where a user's own picture may go.
+const CLI::Validator exr_in_a_folder(
+    [](std::string& text) -> std::string {
+      const std::filesystem::path path(text);
+      if (path.extension() != ".exr") return text + ": wanted a file that ends in .exr";
+      if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path()))
+        return text + ": wanted a folder that exists";
+      return {};
+    },
+    "");
+
+suite::RendererCommand renderer_of(const suite::Layout& layout, const std::optional<std::string>& given, int threads) {
+  const std::string command = given.value_or("");
+  if (given && command.empty()) base::fail("--renderer: wanted a command, found nothing");
   suite::RendererCommand renderer = command.empty() ? suite::RendererCommand::ours(layout.build)
                                                     : suite::RendererCommand::from_template(command);
   renderer.set_threads(threads);
@@ -68,7 +98,8 @@ suite::RendererCommand renderer_of(const suite::Layout& layout, const std::strin
 
 struct RunArguments {
   Common common;
-  std::string pattern, renderer;
+  std::string pattern;
+  std::optional<std::string> renderer;
   bool list = false, require_witnesses = false;
   int threads = 0;
 };
@@ -168,7 +199,7 @@ int audit_command(const Common& common) {
 struct CalibrateArguments {
   Common common;
   std::vector<std::string> names;
-  std::string renderer;
+  std::optional<std::string> renderer;
   bool all = false;
   int threads = 0;
 };
@@ -182,7 +213,7 @@ int calibrate_command(const CalibrateArguments& a, CalibrateOptions options) {
   return calibrate(options);
 }
 
-void add_renderer(CLI::App* command, std::string& renderer, int& threads) {
+void add_renderer(CLI::App* command, std::optional<std::string>& renderer, int& threads) {
   command
       ->add_option("--renderer", renderer,
                    "Another renderer, started once per picture without a shell: 'CMD {scene} {out} {width} "
@@ -225,18 +256,20 @@ int dispatch(const std::vector<std::string>& arguments) {
   compare_app->add_option("reference", compare_options.reference, "The picture that is right")->required();
   compare_app->add_option("test", compare_options.test, "The other one")->required();
   compare_app->add_flag("--json", compare_options.json, "Print JSON");
-  compare_app->add_option("--flip-map", compare_options.flip_map, "Write FLIP's map")->type_name("OUT.exr");
+  compare_app->add_option("--flip-map", compare_options.flip_map, "Write FLIP's map")
+      ->type_name("OUT.exr")
+      ->check(exr_in_a_folder);
   compare_app->add_option("--ppd", compare_options.pixels_per_degree, "Pixels per degree; default 67.02")
-      ->check(CLI::Range(1., 1000.));
+      ->check(between(1, 1000));
   CLI::Option* hdr =
       compare_app->add_flag("--hdr", compare_options.hdr, "HDR-FLIP; default unless one is PNG or JPEG");
   compare_app->add_flag("--ldr", compare_options.ldr, "LDR-FLIP")->excludes(hdr);
   compare_app->add_option("--max-flip", compare_options.max_flip, "Exit 0 up to this FLIP mean")
-      ->check(CLI::Range(0., 1.));
+      ->check(between(0, 1));
   compare_app->add_option("--max-rmse", compare_options.max_rmse, "Exit 0 up to this RMSE")
-      ->check(CLI::NonNegativeNumber);
+      ->check(between(0, 1e6));
   compare_app->footer(
-      "Exit 0: the same pixels, or inside the limits given. Example: assay compare a.exr b.exr --max-flip "
+      "Exit 0: the same pixels, or inside the limits given; 1: different or not finite; 2: could not compare. Example: assay compare a.exr b.exr --max-flip "
       "0.02");
   compare_app->callback([&] { code = compare(compare_options); });
 
@@ -280,13 +313,13 @@ int dispatch(const std::vector<std::string>& arguments) {
   calibrate_app->add_option("--seeds", calibrate_options.seeds, "Independent renders to compare; default 4")
       ->check(CLI::Range(2, 64));
   calibrate_app->add_option("--factor", calibrate_options.factor, "Limits are this many floors; default 2")
-      ->check(CLI::Range(1., 3.));
+      ->check(between(1, 3));
   calibrate_app->add_flag("--set-spp", calibrate_options.set_spp,
                           "Also set spp so that the margins can be shown");
   calibrate_app
       ->add_option("--budget", calibrate_options.budget_s,
                    "Seconds one render may take with --set-spp; default 3")
-      ->check(CLI::PositiveNumber);
+      ->check(between(.001, 3600));
   calibrate_app->add_flag("--dry-run", calibrate_options.dry_run, "Measure and print only");
   add_renderer(calibrate_app, calibrate_arguments.renderer, calibrate_arguments.threads);
   calibrate_app->callback([&] { code = calibrate_command(calibrate_arguments, calibrate_options); });

@@ -336,6 +336,12 @@ TEST_F(Runs, compare_pictures_with_exit_codes_that_mean_something) {
   EXPECT_EQ(assay({"compare", a, a}), 0);
   EXPECT_EQ(assay({"compare", a, b}), 1);
   EXPECT_EQ(assay({"compare", a, b, "--max-flip", "0.5", "--max-rmse", "0.5", "--flip-map", map}), 0);
+  // Not a number is no limit, and a map goes into a picture in a folder that exists.
+  for (const char* option : {"--max-flip", "--max-rmse", "--ppd"})
+    EXPECT_EQ(assay({"compare", a, b, option, "nan"}), 2) << option;
+  EXPECT_EQ(assay({"compare", a, b, "--flip-map", map + ".txt"}), 2);
+  EXPECT_EQ(assay({"compare", a, b, "--flip-map", "/dev/full"}), 2);
+  EXPECT_EQ(assay({"compare", a, b, "--flip-map", map + ".folder/map.exr"}), 2);
   EXPECT_EQ(image::read_render(map).mean.width, 16);
   EXPECT_EQ(assay({"compare", a, b, "--max-rmse", "0.0001"}), 1);
   EXPECT_EQ(assay({"compare", a, b, "--json"}), 1);

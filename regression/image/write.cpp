@@ -135,6 +135,9 @@ float linear_to_srgb(float l) {
 void write_file(const std::string& path, const void* bytes, std::size_t size) {
   namespace fs = std::filesystem;
   std::error_code error;
+  // Renaming over a device or a folder would replace it.
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error))
+    base::fail_in(path, "", "a file to write", "something that is not a file");
   const fs::path folder = fs::path(path).parent_path();
   if (!folder.empty()) fs::create_directories(folder, error);
   const std::string temporary = path + ".tmp" + std::to_string(::getpid());

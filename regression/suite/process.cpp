@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -41,10 +42,24 @@ struct Pipe {
   }
 };
 
-// A started program. Never left running: not even if a callback throws.
+// The group of the program under way, for the signal handler.
+std::atomic<pid_t> running_group{0};
+static_assert(std::atomic<pid_t>::is_always_lock_free);
+
+// An interrupted judge takes the whole group with it, grandchildren too, and then ends as the signal says.
+void end_with_group(int number) {
+  if (const pid_t group = running_group; group > 0) kill(-group, SIGKILL);
+  signal(number, SIG_DFL);
+  raise(number);
+}
+
+// A started program. Never left running: not even if a callback throws or the judge is interrupted.
 class Child {
  public:
-  explicit Child(pid_t pid) : pid_(pid) {}
+  explicit Child(pid_t pid) : pid_(pid) {
+    running_group = pid;
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, end_with_group);
+  }
   ~Child() { end(); }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
@@ -60,6 +75,7 @@ class Child {
   int end() {
     if (pid_ > 0) {
       kill_group();
+      running_group = 0;
       waitpid(pid_, &status_, 0);
     }
     pid_ = 0;

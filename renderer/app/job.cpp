@@ -124,6 +124,9 @@ Result run(Options& options, Stage& stage, Console& console) {
   Result result;
   result.out = options.out;
   check_writable(options.out);
+  std::error_code error;
+  if (std::filesystem::equivalent(options.out, options.scene, error))
+    base::fail(options.out, ": cannot write: it is the scene itself");
 
   const scene::Scene& scene = stage.prepare(options);
   result.load_seconds = since(start);

@@ -56,6 +56,8 @@ image::Image replicate_image(const image::Film& film, int replicate) {
 void check_writable(const std::string& file) {
   std::error_code error;
   if (fs::is_directory(file, error)) base::fail(file, ": cannot write: it is a folder");
+  if (fs::exists(file, error) && !fs::is_regular_file(file, error))
+    base::fail(file, ": cannot write: it is not a file");
   const fs::path folder = fs::path(file).has_parent_path() ? fs::path(file).parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error))
     base::fail(file, ": cannot write: there is no folder ", folder.string());
