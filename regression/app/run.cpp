@@ -302,7 +302,7 @@ class Run {
   }
 
   std::string write_map(const std::string& name, const image::Image& map) const {
-    const std::string file = layout_.build + "/results/" + name + ".exr";
+    std::string file = layout_.build + "/results/" + name + ".exr";
     app::write_map(file, map);
     return file;
   }

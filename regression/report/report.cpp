@@ -106,7 +106,7 @@ std::string page(const std::string& build) {
 }
 
 std::string write(const std::string& build, const std::string& file) {
-  const std::string path = file.empty() ? build + "/report/index.html" : file;
+  std::string path = file.empty() ? build + "/report/index.html" : file;
   const std::string html = page(build);
   image::write_file(path, html.data(), html.size());
   return path;

@@ -1,6 +1,7 @@
 #include "light/lights.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "math/warp.h"
@@ -24,8 +25,9 @@ float mean_luminance(const surface::Surfaces& surfaces, int instance, int triang
     return luminance(surfaces.material(instance).emission);
   float sum = 0;
   for (int i = 0; i < 16; ++i) {
+    const int row = i / 4, column = i % 4;
     const Vec3 b =
-        math::sample_triangle((static_cast<float>(i % 4) + .5f) / 4, (static_cast<float>(i / 4) + .5f) / 4);
+        math::sample_triangle((static_cast<float>(column) + .5f) / 4, (static_cast<float>(row) + .5f) / 4);
     sum += luminance(surfaces.emission(instance, triangle, b));
   }
   // A texture may hide light from all 16 points: every triangle that might emit keeps a share.
@@ -143,6 +145,7 @@ std::optional<Sample> Lights::sample(const Vec3& from, float u_choice, float u, 
       if (rest < weights[index]) break;
       rest -= weights[index];
     }
+    assert(last >= 0);  // the sum is positive
     index = last;
     chance = weights[index] / sum;
   }

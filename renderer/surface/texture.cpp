@@ -53,7 +53,7 @@ Textures::Textures(const scene::Scene& scene, bool filter_encoded)
     }
 }
 
-Vec4 Textures::lookup(const scene::Texture& t, Vec2 uv, bool srgb) const {
+Vec4 Textures::lookup(const scene::Texture& t, const Vec2& uv, bool srgb) const {
   const auto index = static_cast<size_t>(t.bitmap);
   const scene::Bitmap& map = scene_.bitmaps[index];
   const std::vector<Vec4>& texels = srgb && !filter_encoded_ ? decoded_[index] : map.texels;

@@ -14,8 +14,8 @@ class Textures {
   Textures(const scene::Scene& scene, bool filter_encoded);
 
   // RGBA at texture coordinates uv (any float, even non-finite); colour: RGB is decoded from sRGB.
-  math::Vec4 colour(const scene::Texture& texture, math::Vec2 uv) const { return lookup(texture, uv, true); }
-  math::Vec4 data(const scene::Texture& texture, math::Vec2 uv) const { return lookup(texture, uv, false); }
+  math::Vec4 colour(const scene::Texture& texture, const math::Vec2& uv) const { return lookup(texture, uv, true); }
+  math::Vec4 data(const scene::Texture& texture, const math::Vec2& uv) const { return lookup(texture, uv, false); }
 
  private:
   math::Vec4 lookup(const scene::Texture& texture, math::Vec2 uv, bool srgb) const;
