@@ -18,7 +18,7 @@ class Textures {
   math::Vec4 data(const scene::Texture& texture, const math::Vec2& uv) const { return lookup(texture, uv, false); }
 
  private:
-  math::Vec4 lookup(const scene::Texture& texture, math::Vec2 uv, bool srgb) const;
+  math::Vec4 lookup(const scene::Texture& texture, const math::Vec2& uv, bool srgb) const;
 
   const scene::Scene& scene_;
   bool filter_encoded_;
