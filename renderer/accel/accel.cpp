@@ -44,6 +44,11 @@ struct Context {  // passed through Embree to the filter callback
   const Ray* ray;
   std::uint32_t key;
   const std::vector<int>* instance_of;  // top-level geometry id -> instance
+
+  Context(const Ray& r, std::uint32_t k, const std::vector<int>& instances)
+      : ray(&r), key(k), instance_of(&instances) {
+    rtcInitIntersectContext(&embree);
+  }
 };
 
 void filter_callback(const RTCFilterFunctionNArguments* args) {
@@ -173,11 +178,7 @@ Accel::~Accel() = default;
 
 bool Accel::closest(const Ray& ray, std::uint32_t key, Hit& hit) const {
   if (!valid(ray)) return false;
-  Context context;
-  rtcInitIntersectContext(&context.embree);
-  context.ray = &ray;
-  context.key = key;
-  context.instance_of = &impl_->instance_of;
+  Context context(ray, key, impl_->instance_of);
   RTCRayHit query;
   query.ray = to_embree(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -195,11 +196,7 @@ bool Accel::closest(const Ray& ray, std::uint32_t key, Hit& hit) const {
 
 bool Accel::occluded(const Ray& ray, std::uint32_t key) const {
   if (!valid(ray)) return false;
-  Context context;
-  rtcInitIntersectContext(&context.embree);
-  context.ray = &ray;
-  context.key = key;
-  context.instance_of = &impl_->instance_of;
+  Context context(ray, key, impl_->instance_of);
   RTCRay query = to_embree(ray);
   rtcOccluded1(impl_->scene, &context.embree, &query);
   return query.tfar < 0;
