@@ -255,7 +255,7 @@ Vec3 Specular::sample_half(const Vec3& wo, float u, float v) const {
   const double a2 = static_cast<double>(ax) * ax;
   if (!(a2 < 1 - 1e-7)) return half_direction(u, v);
   const double s = math::log(a2), k = 1 - gamma;
-  const double exponent = std::fabs(k * s) < 1e-6 ? -u * s : math::log1p(u * math::expm1(-k * s)) / k;
+  const double exponent = k == 0 ? -u * s : math::log1p(u * math::expm1(-k * s)) / k;
   return half_direction(a2 * math::expm1(exponent) / (1 - a2), v);
 }
 

@@ -1,0 +1,213 @@
+// Prints the curves that scripts/make-figures draws for docs/disney.md, computed by the code that renders.
+//
+// Output: blocks of a line "plot/panel/curve" followed by lines "x y" and one empty line. Angles in degrees,
+// BRDFs and densities in 1/sr.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <string>
+
+#include "bsdf/disney.h"
+
+namespace {
+
+using namespace bsdf;
+
+constexpr double degrees = pi / 180;
+
+void curve(const std::string& name, double from, double to, int steps,
+           const std::function<double(double)>& f) {
+  std::printf("%s\n", name.c_str());
+  for (int i = 0; i <= steps; ++i) {
+    const double x = from + (to - from) * i / steps;
+    const double y = f(x);
+    if (std::isfinite(y)) std::printf("%.6g %.6g\n", x, y);
+  }
+  std::printf("\n");
+}
+
+std::string text(double x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", x);
+  return buffer;
+}
+
+// In the plane of incidence; positive angles lie on the side opposite to the viewer's, so that the mirror
+// direction of a viewer at 45 degrees is +45.
+Vec3 light_at(double angle) {
+  return {static_cast<float>(-std::sin(angle * degrees)), 0, static_cast<float>(std::cos(angle * degrees))};
+}
+Vec3 viewer_at(double angle) { return light_at(-angle); }
+
+Specular gtr_lobe(double alpha, double gamma, std::optional<float> constant) {
+  Parameters p;
+  p.roughness = static_cast<float>(std::sqrt(alpha));
+  return prepare(Model::path_disney, {static_cast<float>(gamma), constant}, p, {}, {0, 0, 1}).specular;
+}
+
+// D at a half vector `angle` degrees from the normal: wi = wo = wh.
+double d_at(const Specular& lobe, double angle) {
+  const Vec3 h = light_at(angle);
+  return lobe.d(HalfVector(h, h));
+}
+
+void distributions() {
+  for (const double gamma : {.5, 1., 1.5, 2., 3., 10.}) {
+    const Specular lobe = gtr_lobe(.1, gamma, {});
+    curve("distribution/normalised/" + text(gamma), 0, 60, 240, [&](double a) { return d_at(lobe, a); });
+  }
+  // The green sphere of the report's figures, roughness .1.
+  struct Setting {
+    double gamma;
+    std::optional<float> constant;
+    const char* name;
+  };
+  for (const Setting& s : {Setting{1, .005f, "1 .005"}, Setting{1, .03f, "1 .03"}, Setting{1, .3f, "1 .3"},
+                           Setting{1, {}, "1 auto"}, Setting{2, .005f, "2 .005"}, Setting{2, {}, "2 auto"}}) {
+    const Specular lobe = gtr_lobe(.01, s.gamma, s.constant);
+    curve(std::string("distribution/report/") + s.name, 0, 10, 200, [&](double a) { return d_at(lobe, a); });
+  }
+}
+
+void fresnel() {
+  for (const double specular : {.5, 1.}) {
+    Parameters p;
+    p.specular = static_cast<float>(specular);
+    for (const Model model : {Model::disney, Model::principled}) {
+      const Specular lobe = prepare(model, {}, p, {}, {0, 0, 1}).specular;
+      curve(
+          std::string("fresnel/F/") + (model == Model::disney ? "schlick " : "dielectric ") + text(specular),
+          0, 90, 180, [&](double a) { return static_cast<double>(lobe.fresnel(std::cos(a * degrees)).x); });
+    }
+  }
+}
+
+void masking() {
+  const auto g1 = [](double angle, float alpha) {
+    const Vec3 w = light_at(angle);
+    return static_cast<double>(2 * w.z * g1_over_2cos(w, alpha, alpha));
+  };
+  for (const float roughness : {.1f, .25f, .5f, 1.f}) {
+    Parameters p;
+    p.roughness = roughness;
+    for (const Model model : {Model::disney, Model::path_disney}) {
+      const Specular lobe = prepare(model, {}, p, {}, {0, 0, 1}).specular;
+      curve(std::string("masking/") + (model == Model::disney ? "shader/" : "text/") +
+                text(static_cast<double>(roughness)),
+            0, 90, 180, [&](double a) { return g1(a, lobe.ax_g); });
+    }
+  }
+  curve("masking/shader/coat", 0, 90, 180, [&](double a) { return g1(a, Clearcoat::alpha_g); });
+}
+
+// f cos of one lobe of Model::disney, red channel, seen from 45 degrees.
+double lobe_at(const Parameters& p, Model model, Lobe lobe, double angle) {
+  const Vec3 wo = viewer_at(45), wi = light_at(angle);
+  const Bsdf b = prepare(model, {}, p, {}, wo);
+  const HalfVector h(wo, wi);
+  switch (lobe) {
+    case Lobe::diffuse:
+      return static_cast<double>(b.diffuse.f_cos(wo.z, wi.z, h.cos_d).x + b.sheen.f_cos(wi.z, h.cos_d).x);
+    case Lobe::specular:
+      return static_cast<double>(b.specular.f_cos(wo, wi, h).x);
+    default:
+      return static_cast<double>(b.clearcoat.f_cos(wo, wi, h));
+  }
+}
+
+void lobes() {
+  Parameters white;
+  white.base_color = Vec3(1);
+  const auto diffuse = [](const Parameters& p, Model model) {
+    return [p, model](double a) { return lobe_at(p, model, Lobe::diffuse, a); };
+  };
+  curve("lobes/diffuse/Lambert", -90, 90, 120, diffuse(white, Model::path));
+  for (const float roughness : {0.f, .5f, 1.f}) {
+    Parameters p = white;
+    p.roughness = roughness;
+    curve("lobes/diffuse/" + text(static_cast<double>(roughness)), -90, 90, 120, diffuse(p, Model::disney));
+  }
+  for (const float sheen : {.5f, 1.f}) {
+    Parameters p;
+    p.base_color = Vec3(0);
+    p.sheen = sheen;
+    curve("lobes/sheen/" + text(static_cast<double>(sheen)), -90, 90, 360, diffuse(p, Model::disney));
+  }
+  for (const float roughness : {.2f, .4f, .7f, 1.f}) {
+    Parameters p;
+    p.roughness = roughness;
+    curve("lobes/specular/" + text(static_cast<double>(roughness)), -90, 90, 720,
+          [&](double a) { return lobe_at(p, Model::disney, Lobe::specular, a); });
+  }
+  for (const double gloss : {0., .7, 1.}) {
+    Parameters p;
+    p.clearcoat = 1;
+    p.clearcoat_roughness = static_cast<float>(std::sqrt(.1 + (.001 - .1) * gloss));
+    curve("lobes/clearcoat/" + text(gloss), -90, 90, 720,
+          [&](double a) { return lobe_at(p, Model::disney, Lobe::clearcoat, a); });
+  }
+}
+
+// Reflected share of the light from the direction at `angle`, by the model's own sampling on a regular grid.
+// Of materials with a specular lobe alone: which lobe is chosen is not varied.
+double specular_albedo(Model model, const Gtr& gtr, const Parameters& p, double angle) {
+  const Vec3 wo = viewer_at(angle);
+  const Bsdf b = prepare(model, gtr, p, {}, wo);
+  constexpr int side = 256;
+  double sum = 0;
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const float u = (static_cast<float>(i) + .5f) / side, v = (static_cast<float>(j) + .5f) / side;
+      if (const auto s = sample(b, wo, .5f, u, v)) sum += static_cast<double>(s->f_cos.x) / s->pdf;
+    }
+  return sum / (side * side);
+}
+
+void albedos() {
+  Parameters metal;
+  metal.base_color = Vec3(1);
+  metal.metallic = 1;
+  for (const float roughness : {.1f, .5f, 1.f}) {
+    Parameters p = metal;
+    p.roughness = roughness;
+    curve("albedo/disney/" + text(static_cast<double>(roughness)), 0, 89, 89,
+          [&](double a) { return specular_albedo(Model::disney, {}, p, a); });
+  }
+  metal.roughness = .25f;
+  for (const float gamma : {.5f, 1.f, 2.f, 10.f})
+    curve("albedo/path_disney/" + text(static_cast<double>(gamma)), 0, 89, 89, [&](double a) {
+      return specular_albedo(Model::path_disney, {gamma, {}}, metal, a);
+    });
+}
+
+// Density of the half vector's angle to the normal, per degree: the model's and a histogram of its samples.
+void sampling() {
+  for (const double gamma : {.5, 1., 2., 10.}) {
+    const Specular lobe = gtr_lobe(.25, gamma, {});
+    curve("sampling/density/" + text(gamma), 0, 90, 180, [&](double a) {
+      return lobe.normalised_constant / lobe.constant * d_at(lobe, a) * std::cos(a * degrees) * 2 * pi *
+             std::sin(a * degrees) * degrees;
+    });
+    constexpr int bins = 45, draws = 1 << 16;
+    int count[bins] = {};
+    for (int i = 0; i < draws; ++i) {
+      const Vec3 h = lobe.sample_half({0, 0, 1}, (static_cast<float>(i) + .5f) / draws, .25f);
+      ++count[std::min(bins - 1,
+                       static_cast<int>(std::atan2(std::hypot(h.x, h.y), h.z) / degrees * bins / 90))];
+    }
+    curve("sampling/histogram/" + text(gamma), 1, 89, bins - 1,
+          [&](double a) { return count[static_cast<int>(a / 2)] * (bins / 90.) / draws; });
+  }
+}
+
+}  // namespace
+
+int main() {
+  distributions();
+  fresnel();
+  masking();
+  lobes();
+  albedos();
+  sampling();
+}
