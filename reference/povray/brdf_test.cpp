@@ -7,10 +7,12 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bsdf/disney.h"
@@ -183,6 +185,35 @@ std::vector<std::string> names() {
 INSTANTIATE_TEST_SUITE_P(Stored, PovrayBrdf, testing::ValuesIn(names()),
                          [](const auto& parameter) { return parameter.param; });
 
+TEST(PovrayBrdfList, EveryLobeOfEveryModelHasAWitnessOfItsOwn) {
+  const std::pair<const char*, std::vector<const char*>> wanted[] = {
+      {"disney", {"diffuse", "sheen", "specular", "clearcoat", "all"}},
+      {"principled", {"diffuse", "sheen", "specular", "clearcoat", "all"}},
+      {"path", {"diffuse", "specular", "all"}},
+      {"path_disney", {"diffuse", "specular", "all"}},
+  };
+  const Json list = listing();
+  const auto some = [&](auto&& is_one) {
+    return std::any_of(list["configurations"].begin(), list["configurations"].end(), is_one);
+  };
+  for (const auto& [model, lobes] : wanted) {
+    for (const char* lobe : lobes)
+      EXPECT_TRUE(some([&](const Json& e) { return e["model"] == model && e["lobe"] == lobe; }))
+          << model << ' ' << lobe;
+    // And what a lobe has several forms of.
+    EXPECT_TRUE(some([&](const Json& e) {
+      return e["model"] == model && e["parameters"].value("metallic", 0.) > 0;
+    })) << model;
+    if (lobes.size() == 5) {
+      EXPECT_TRUE(some([&](const Json& e) {
+        return e["model"] == model && e["lobe"] == "specular" &&
+               e["parameters"].value("anisotropic", 0.) > 0 &&
+               e["parameters"].value("anisotropic_rotation", 0.) > 0;
+      })) << model;
+    }
+  }
+}
+
 // The comparison's own test: faults planted on our side must be found, each far above the tolerance.
 template <class Plant>
 double fault(const std::string& name, Plant plant) {
@@ -225,6 +256,22 @@ TEST(PovrayBrdfFault, SchlicksFresnelInPlaceOfTheDielectricCurveIsFound) {
   Json entry = configuration(list, "principled_dielectric");
   entry["model"] = "disney";
   EXPECT_GT(compare(Ours(entry), "principled_dielectric", list["size"]).relative(), 100 * tolerance);
+}
+
+TEST(PovrayBrdfFault, RetroReflectionInPlaceOfLambertIsFound) {
+  const Json list = listing();
+  Json entry = configuration(list, "path_lambert");
+  entry["model"] = "path_disney";
+  EXPECT_GT(compare(Ours(entry), "path_lambert", list["size"]).relative(), 100 * tolerance);
+}
+
+TEST(PovrayBrdfFault, SchlicksFresnelInPlaceOfTheDielectricCurveIsFoundInTheCoat) {
+  const Json list = listing();
+  for (const char* name : {"principled_clearcoat", "principled_clearcoat_glossy"}) {
+    Json entry = configuration(list, name);
+    entry["model"] = "disney";
+    EXPECT_GT(compare(Ours(entry), name, list["size"]).relative(), 10 * tolerance) << name;
+  }
 }
 
 TEST(PovrayBrdfFault, TheReportsConstantInPlaceOfTheNormalisedOneIsFound) {
