@@ -29,14 +29,14 @@ inline scene::Mesh sphere(int segments) {
   return m;
 }
 
-inline scene::Mesh quad(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {  // counter-clockwise
+inline scene::Mesh quad(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {  // counter-clockwise
   scene::Mesh m;
   m.positions = {a, b, c, d};
   m.triangles = {{0, 1, 2}, {0, 2, 3}};
   return m;
 }
 
-inline scene::Camera camera_at(Vec3 eye, float yfov) {  // looking along -z
+inline scene::Camera camera_at(const Vec3& eye, float yfov) {  // looking along -z
   scene::Camera c;
   c.yfov = yfov;
   c.to_world[3] = math::Vec4(eye.x, eye.y, eye.z, 1);

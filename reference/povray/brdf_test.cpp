@@ -196,7 +196,9 @@ TEST(PovrayBrdfList, EveryLobeOfEveryModelHasAWitnessOfItsOwn) {
   const auto some = [&](auto&& is_one) {
     return std::any_of(list["configurations"].begin(), list["configurations"].end(), is_one);
   };
-  for (const auto& [model, lobes] : wanted) {
+  for (const auto& entry : wanted) {
+    const auto& model = entry.first;  // clang 14 captures no structured bindings
+    const auto& lobes = entry.second;
     for (const char* lobe : lobes)
       EXPECT_TRUE(some([&](const Json& e) { return e["model"] == model && e["lobe"] == lobe; }))
           << model << ' ' << lobe;

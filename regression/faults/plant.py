@@ -83,9 +83,10 @@ def main():
         sys.exit(__doc__)
     renderer, output = Path(sys.argv[1]), Path(sys.argv[2])
     faults = read_faults()
-    misplaced = []
+    misplaced, written = [], set()
     for path in sorted(renderer.glob("*/*")):
-        if path.suffix not in (".h", ".cpp") or path.name.endswith("_test.cpp"):
+        # Not the tests, and of the programs only the renderer.
+        if path.suffix not in (".h", ".cpp") or path.name.endswith(("_test.cpp", "_main.cpp")):
             continue
         text = path.read_text()
         name = "renderer/%s/%s" % (path.parent.name, path.name)
@@ -100,6 +101,9 @@ def main():
         if planted:
             text = '#include "fault.h"\n' + text
         write(output / name, text)
+        written.add(output / name)
+    for old in set(output.glob("renderer/*/*")) - written:
+        old.unlink()
     for fault in faults:
         if not (output / fault["file"]).exists():
             misplaced.append("faults.toml: %s: no file %s" % (fault["name"], fault["file"]))

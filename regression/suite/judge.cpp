@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <sstream>
 
 #include "image/hash.h"
@@ -62,6 +63,29 @@ std::string describe_doubt(const Case& c, const metric::Comparison& comparison) 
   text << "; " << outside << " of " << comparison.tiles.size() << " tiles not inside "
        << percent(c.margin_tile);
   return text.str();
+}
+
+// Whether the variance layer can be what it says it is: the mean may be right, or even the golden's, while
+// the noise on which every later verdict rests is not. Empty if nothing is wrong.
+std::string noise_fault(const image::Render& golden, const image::Render& render, bool identical) {
+  const image::Image &was = *golden.variance, &is = *render.variance;
+  const auto noisy = std::count_if(was.data.begin(), was.data.end(), [](float v) { return v > 0; });
+  const auto replicates = image::replicates(render);
+  const bool alike = replicates.size() >= 2 &&
+                     std::all_of(replicates.begin(), replicates.end(),
+                                 [&](const image::Image* r) { return r->data == replicates.front()->data; });
+  if (alike && noisy > static_cast<std::ptrdiff_t>(was.data.size() / 100))
+    return "its " + std::to_string(replicates.size()) +
+           " replicates are the same picture, while the golden has noise: they were drawn with one seed";
+  const double before = std::accumulate(was.data.begin(), was.data.end(), 0.),
+               now = std::accumulate(is.data.begin(), is.data.end(), 0.);
+  // Both are stored as half floats: 1 % is twenty times their rounding.
+  if (identical && !(std::abs(now - before) <= .01 * before)) {
+    std::ostringstream text;
+    text << "the pixels are the golden's and the variance layer is " << now / before << " times the golden's";
+    return text.str();
+  }
+  return "";
 }
 
 void set(GoldenResult& result, Verdict verdict, const std::string& reason) {
@@ -156,6 +180,8 @@ GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Re
       result.reason += (result.reason.empty() ? "" : "; ") + text.str();
     }
   const std::string over = result.reason;
+  if (const std::string fault = noise_fault(golden.render, render, identical); !fault.empty())
+    return set(result, Verdict::broken, fault), result;
   if (identical) {
     // Cannot happen with sound metrics, and is checked all the same.
     set(result, over.empty() ? Verdict::identical : Verdict::changed, over);

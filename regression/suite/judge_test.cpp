@@ -58,6 +58,39 @@ TEST_F(Judging, says_identical_for_the_same_bits_and_computes_the_metrics_all_th
   EXPECT_LT(result.detectable, .01);
 }
 
+TEST_F(Judging, says_broken_for_replicates_drawn_with_one_seed) {
+  // Their spread is zero and says nothing of the noise. This once passed as QUIETER.
+  const Golden g = golden(render({}));
+  Recipe recipe;
+  recipe.seed = 1;
+  image::Render alike = render(recipe);
+  for (int r = 1; r < recipe.replicates; ++r)
+    alike.layers["replicate" + std::to_string(r)] = alike.layers["replicate0"];
+  alike.mean = alike.layers["replicate0"];
+  std::fill(alike.variance->data.begin(), alike.variance->data.end(), 0.f);
+  const GoldenResult result = judge_own_seed(case_, g, alike);
+  EXPECT_EQ(result.verdict, Verdict::broken);
+  EXPECT_NE(result.reason.find("drawn with one seed"), std::string::npos) << result.reason;
+  EXPECT_FALSE(result.wants_fresh);
+}
+
+TEST_F(Judging, lets_a_picture_without_noise_have_equal_replicates) {
+  Recipe recipe;
+  recipe.noise = 0;
+  EXPECT_EQ(judge(golden(render(recipe)), recipe).verdict, Verdict::identical);
+}
+
+TEST_F(Judging, says_broken_for_another_variance_behind_the_same_pixels) {
+  const Golden g = golden(render({}));
+  Recipe recipe;
+  recipe.seed = 1;
+  image::Render candidate = render(recipe);
+  for (float& v : candidate.variance->data) v *= 1.02f;
+  const GoldenResult result = judge_own_seed(case_, g, candidate);
+  EXPECT_EQ(result.verdict, Verdict::broken);
+  EXPECT_NE(result.reason.find("variance layer is 1.02 times"), std::string::npos) << result.reason;
+}
+
 TEST_F(Judging, says_equivalent_for_rounding) {
   Recipe recipe;
   recipe.factor = [](int x, int) { return 1 + 1e-7 * x; };
