@@ -1,63 +1,60 @@
 // jobs.json is {"jobs": [{"scene": "a.glb", "out": "a.exr", "spp": 64, ...}, ...]}, see docs/formats.md.
-#include "app/batch.h"
-
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
+#include <map>
+#include <set>
 
-#include "app/console.h"
 #include "app/job.h"
 #include "base/error.h"
 
 namespace app {
-namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 json read_jobs(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) base::fail("--batch: ", file, ": cannot be read");
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored))
+    base::fail("--batch: ", file, ": wanted a file of jobs, found a folder");
+  if (!stream) base::fail("--batch: ", file, ": cannot read: ", std::strerror(errno));
+
+  // JSON's own reader lets the last of two equal keys win.
+  std::vector<std::set<json>> keys;
+  int job = 0;
+  const auto refuse_twins = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_start && keys.size() == 2) ++job;
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key && !keys.back().insert(parsed).second)
+      base::fail(file, ": ", keys.size() > 1 ? "job " + std::to_string(job) + ": " : "",
+                 "wanted each key once, found ", parsed, " twice");
+    return true;
+  };
   json root;
   try {
-    root = json::parse(text);
+    root = json::parse(stream, refuse_twins);
   } catch (const json::exception& error) {
     base::fail(file, ": wanted JSON, found: ", error.what());
   }
-  if (!root.is_object() || !root.contains("jobs") || !root.at("jobs").is_array())
-    base::fail(file, ": wanted {\"jobs\": [...]}, found no list of jobs");
+  if (!root.is_object() || !root.contains("jobs") || !root["jobs"].is_array() || root["jobs"].empty())
+    base::fail(file, ": wanted {\"jobs\": [...]} with one job or more, found none");
   for (const auto& [key, value] : root.items())
     if (key != "jobs") base::fail(file, ": wanted \"jobs\" and nothing else, found \"", key, "\"");
-  return root.at("jobs");
-}
 
-}  // namespace
-
-int run_batch(const Options& options) {
-  for (const char* name : {"scene", "out", "info"})
-    if (options.has(name))
-      base::fail("--batch: wanted no ", name, " on the command line, found '", options.given.at(name), "'");
-  const json jobs = read_jobs(options.batch);
-
-  Stage stage;
-  bool failed = false;
-  for (size_t i = 0; i < jobs.size() && stop_signal() == 0; ++i) {
-    Options job = options;
-    Result result;
-    try {
-      apply_job(job, jobs[i]);
-      complete(job);
-      Console console(job.quiet, job.log);
-      result = run(job, stage, console);
-    } catch (const std::exception& error) {
-      failed = true;
-      result.out = job.out;
-      result.error = message(error);
-      Console(true, "").error(options.batch + ": job " + std::to_string(i + 1) + ": " + result.error);
-    }
-    if (options.json) print_json(to_json(result));
+  std::map<fs::path, size_t> pictures;
+  for (size_t i = 0; i < root["jobs"].size(); ++i) {
+    const json& job_i = root["jobs"][i];
+    if (!job_i.is_object() || !job_i.contains("out") || !job_i["out"].is_string()) continue;
+    const std::string out = job_i["out"];
+    const auto [first, is_new] = pictures.emplace(fs::weakly_canonical(fs::absolute(out)), i + 1);
+    if (!is_new)
+      base::fail(file, ": job ", i + 1, ": out: wanted a picture of its own, found that of job ",
+                 first->second, ", '", out, "'");
   }
-  return failed ? 2 : stop_signal() != 0 ? 128 + stop_signal() : 0;
+  return root["jobs"];
 }
 
 }  // namespace app

@@ -1,33 +1,20 @@
 #include "app/defaults.h"
 
+#include <CLI/StringTools.hpp>
 #include <cmath>
 #include <limits>
 
-#include "app/parse.h"
+#include "app/text.h"
 #include "base/error.h"
 #include "math/transcendental.h"
 
 namespace app {
-namespace {
-
 using math::Vec3;
-
-// Calls visit(p) with every vertex of every instance in world space.
-template <typename Visit>
-void for_each_vertex(const scene::Scene& scene, const Visit& visit) {
-  for (const scene::Instance& instance : scene.instances)
-    for (const Vec3& position : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
-      const Vec3 p = math::transform_point(instance.to_world, position);
-      if (math::is_finite(p)) visit(p);
-    }
-}
-
-}  // namespace
 
 // A point with coordinates (r, u, b) along right, up and back is inside the view of an eye at (er, eu, eb) if
 // |r - er| <= (eb - b) tx and |u - eu| <= (eb - b) ty. So with R = max(r + b tx) and L = max(-r + b tx) over
 // all points, the nearest eye has er = (R - L) / 2 and eb = (R + L) / (2 tx); the same in the other axis.
-std::optional<scene::Camera> framing_camera(const scene::Scene& scene, float aspect) {
+scene::Camera framing_camera(const scene::Scene& scene, float aspect) {
   scene::Camera camera;
   camera.name = "framed";
   camera.yfov = .6f;
@@ -41,23 +28,25 @@ std::optional<scene::Camera> framing_camera(const scene::Scene& scene, float asp
 
   constexpr float lowest = std::numeric_limits<float>::lowest();
   float to_right = lowest, to_left = lowest, to_top = lowest, to_bottom = lowest, nearest_b = lowest;
-  for_each_vertex(scene, [&](const Vec3& p) {
-    const float r = math::dot(p, right), u = math::dot(p, up), b = math::dot(p, back);
-    to_right = std::fmax(to_right, r + b * tx);
-    to_left = std::fmax(to_left, -r + b * tx);
-    to_top = std::fmax(to_top, u + b * ty);
-    to_bottom = std::fmax(to_bottom, -u + b * ty);
-    nearest_b = std::fmax(nearest_b, b);
-  });
-  if (nearest_b == lowest) return {};
+  for (const scene::Instance& instance : scene.instances)
+    for (const Vec3& position : scene.meshes[static_cast<size_t>(instance.mesh)].positions) {
+      const Vec3 p = math::transform_point(instance.to_world, position);
+      if (!math::is_finite(p)) continue;
+      const float r = math::dot(p, right), u = math::dot(p, up), b = math::dot(p, back);
+      to_right = std::fmax(to_right, r + b * tx);
+      to_left = std::fmax(to_left, -r + b * tx);
+      to_top = std::fmax(to_top, u + b * ty);
+      to_bottom = std::fmax(to_bottom, -u + b * ty);
+      nearest_b = std::fmax(nearest_b, b);
+    }
+  if (nearest_b == lowest)
+    base::fail(scene.file, ": wanted something to render, found no triangles and no camera");
   float distance = std::fmax((to_right + to_left) / (2 * tx), (to_top + to_bottom) / (2 * ty));
   if (!(distance > nearest_b)) distance = nearest_b + 1;  // a single point
 
   const Vec3 eye = right * ((to_right - to_left) / 2) + up * ((to_top - to_bottom) / 2) + back * distance;
-  camera.to_world[0] = {right.x, right.y, right.z, 0};
-  camera.to_world[1] = {up.x, up.y, up.z, 0};
-  camera.to_world[2] = {back.x, back.y, back.z, 0};
-  camera.to_world[3] = {eye.x, eye.y, eye.z, 1};
+  camera.to_world =
+      math::Mat4(math::Vec4(right, 0), math::Vec4(up, 0), math::Vec4(back, 0), math::Vec4(eye, 1));
   return camera;
 }
 
@@ -73,19 +62,14 @@ bool has_light(const scene::Scene& scene) {
 }
 
 scene::Environment neutral_environment() {
-  scene::Environment sky;
-  sky.map.name = "neutral sky";
-  sky.map.width = 64;
-  sky.map.height = 32;
+  constexpr int width = 64, height = 32;
+  scene::Environment sky{{"neutral sky", width, height, {}}, 1, 0};
   const Vec3 key = math::normalize({-.6f, .8f, .7f});
-  for (int y = 0; y < sky.map.height; ++y)
-    for (int x = 0; x < sky.map.width; ++x) {
-      const float theta = math::pi * (static_cast<float>(y) + .5f) / static_cast<float>(sky.map.height);
-      const float phi =
-          2 * math::pi * ((static_cast<float>(x) + .5f) / static_cast<float>(sky.map.width) - .5f);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
       float sin_theta, cos_theta, sin_phi, cos_phi;
-      math::sin_cos(theta, sin_theta, cos_theta);
-      math::sin_cos(phi, sin_phi, cos_phi);
+      math::sin_cos(math::pi * (static_cast<float>(y) + .5f) / height, sin_theta, cos_theta);
+      math::sin_cos(2 * math::pi * ((static_cast<float>(x) + .5f) / width - .5f), sin_phi, cos_phi);
       const Vec3 d{sin_theta * cos_phi, cos_theta, sin_theta * sin_phi};
       // Floor to sky in a smooth step that hides the horizon's edge, and a broad glow.
       const float t = math::saturate((d.y + .2f) / .4f);
@@ -96,28 +80,23 @@ scene::Environment neutral_environment() {
   return sky;
 }
 
-scene::Environment constant_environment(const Vec3& radiance) {
-  scene::Environment constant;
-  constant.map.name = "constant";
-  constant.map.width = 2;
-  constant.map.height = 1;
-  constant.map.texels.assign(2, {radiance.x, radiance.y, radiance.z, 1});
-  return constant;
+scene::Environment constant_environment(const std::vector<float>& radiance) {
+  const math::Vec4 texel{radiance[0], radiance[1], radiance[2], 1};
+  return {{"constant", 2, 1, {texel, texel}}, 1, 0};
 }
 
 int find_camera(const scene::Scene& scene, const std::string& camera) {
-  std::vector<std::string> names;
-  std::string list;
-  for (size_t i = 0; i < scene.cameras.size(); ++i) {
-    if (scene.cameras[i].name == camera) return static_cast<int>(i);
-    names.push_back(scene.cameras[i].name);
-    list += (i == 0 ? "" : ", ") + std::to_string(i) + " '" + scene.cameras[i].name + "'";
+  std::vector<std::string> names, list;
+  for (const scene::Camera& c : scene.cameras) {
+    if (c.name == camera) return static_cast<int>(names.size());
+    list.push_back(std::to_string(names.size()) + " '" + c.name + "'");
+    names.push_back(c.name);
   }
-  const bool is_index = !camera.empty() && camera.find_first_not_of("0123456789") == std::string::npos;
-  if (is_index && camera.size() < 9 && std::stoul(camera) < names.size()) return std::stoi(camera);
-  const std::string near = nearest(camera, names);
-  base::fail(scene.file, ": --camera: wanted one of ", list.empty() ? "none (the file has no camera)" : list,
-             "; found '", camera, "'", near.empty() ? "" : ", near '" + near + "'");
+  for (size_t i = 0; i < names.size(); ++i)
+    if (camera == std::to_string(i)) return static_cast<int>(i);
+  base::fail(scene.file, ": --camera: wanted one of ",
+             list.empty() ? "none (the file has no camera)" : CLI::detail::join(list, ", "), "; found '",
+             camera, "'", nearest(camera, names));
 }
 
 }  // namespace app

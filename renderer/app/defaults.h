@@ -1,16 +1,16 @@
 // What makes a good picture of an unknown scene: plain edits of the scene data, each said in one line.
 #pragma once
 
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "scene/scene.h"
 
 namespace app {
 
-// A camera that frames everything, seen three-quarters from above the front (+z, glTF's front). Empty for a
-// scene with nothing in it.
-std::optional<scene::Camera> framing_camera(const scene::Scene& scene, float aspect);
+// A camera that frames everything, seen three-quarters from above the front (+z, glTF's front). Throws
+// base::Error for a scene with nothing in it.
+scene::Camera framing_camera(const scene::Scene& scene, float aspect);
 
 // Whether anything in the scene can send light: an emissive material in use, a lamp, an environment.
 bool has_light(const scene::Scene& scene);
@@ -19,7 +19,7 @@ bool has_light(const scene::Scene& scene);
 // shapes.
 scene::Environment neutral_environment();
 
-scene::Environment constant_environment(const math::Vec3& radiance);
+scene::Environment constant_environment(const std::vector<float>& radiance);
 
 // Index of the camera an option names by index or name. Throws base::Error naming what the file has.
 int find_camera(const scene::Scene& scene, const std::string& camera);

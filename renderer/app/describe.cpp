@@ -1,195 +1,129 @@
 #include "app/describe.h"
 
-#include <cstdint>
-#include <filesystem>
-#include <nlohmann/json.hpp>
+#include <CLI/StringTools.hpp>
 
-#include "app/parse.h"
+#include "app/text.h"
 
 namespace app {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
+using scene::Material;
 
-// A float as the shortest decimal that reads back the same, not as the double next to it.
-json decimal(float value) { return json::parse(shortest(value)); }
-json decimal(const math::Vec3& v) { return {decimal(v.x), decimal(v.y), decimal(v.z)}; }
+json decimals(const math::Vec3& v) { return {decimal(v.x), decimal(v.y), decimal(v.z)}; }
 
-json describe_material(const scene::Material& m) {
-  static const scene::Material standard;
+json describe_material(const Material& m) {
+  static const Material standard;
   json out = {{"name", m.name},
-              {"base_color", decimal(m.base_color)},
+              {"base_color", decimals(m.base_color)},
               {"metallic", decimal(m.metallic)},
               {"roughness", decimal(m.roughness)}};
-  // What is as Disney's defaults is not worth a line.
-  const auto add = [&](const char* name, float scene::Material::*member) {
+  // What is as Disney's defaults is not worth a word.
+  const std::pair<const char*, float Material::*> parameters[] = {
+      {"specular", &Material::specular},
+      {"specular_tint", &Material::specular_tint},
+      {"anisotropic", &Material::anisotropic},
+      {"anisotropic_rotation", &Material::anisotropic_rotation},
+      {"sheen", &Material::sheen},
+      {"sheen_tint", &Material::sheen_tint},
+      {"clearcoat", &Material::clearcoat},
+      {"clearcoat_roughness", &Material::clearcoat_roughness}};
+  for (const auto& [name, member] : parameters)
     if (m.*member != standard.*member) out[name] = decimal(m.*member);
-  };
-  add("specular", &scene::Material::specular);
-  add("specular_tint", &scene::Material::specular_tint);
-  add("anisotropic", &scene::Material::anisotropic);
-  add("anisotropic_rotation", &scene::Material::anisotropic_rotation);
-  add("sheen", &scene::Material::sheen);
-  if (m.sheen > 0) add("sheen_tint", &scene::Material::sheen_tint);
-  add("clearcoat", &scene::Material::clearcoat);
-  if (m.clearcoat > 0) add("clearcoat_roughness", &scene::Material::clearcoat_roughness);
-  if (!math::is_black(m.emission)) out["emission"] = decimal(m.emission);
-  if (m.alpha_mode == scene::AlphaMode::mask) out["alpha"] = "mask";
-  if (m.alpha_mode == scene::AlphaMode::blend) out["alpha"] = "blend";
+  if (!math::is_black(m.emission)) out["emission"] = decimals(m.emission);
+  if (m.alpha_mode != scene::AlphaMode::opaque)
+    out["alpha"] = m.alpha_mode == scene::AlphaMode::mask ? "mask" : "blend";
   if (m.double_sided) out["double_sided"] = true;
-  json textures = json::array();
-  if (m.base_color_texture.bitmap >= 0) textures.push_back("base colour");
-  if (m.metallic_roughness_texture.bitmap >= 0) textures.push_back("metallic and roughness");
-  if (m.normal_texture.bitmap >= 0) textures.push_back("normal");
-  if (m.emissive_texture.bitmap >= 0) textures.push_back("emission");
-  if (!textures.empty()) out["textures"] = textures;
+  const std::pair<const char*, const scene::Texture&> textures[] = {
+      {"base color", m.base_color_texture},
+      {"metallic and roughness", m.metallic_roughness_texture},
+      {"normal", m.normal_texture},
+      {"emission", m.emissive_texture}};
+  for (const auto& [name, texture] : textures)
+    if (texture.bitmap >= 0) out["textures"].push_back(name);
   return out;
 }
 
 json describe_light(const scene::Light& light) {
-  static const char* const kinds[] = {"directional", "point", "spot"};
-  return {
-      {"name", light.name},
-      {"kind", kinds[static_cast<int>(light.kind)]},
-      {light.kind == scene::LightKind::directional ? "irradiance" : "intensity", decimal(light.intensity)}};
+  const bool directional = light.kind == scene::LightKind::directional;
+  return {{"name", light.name},
+          {"kind", directional                             ? "directional"
+                   : light.kind == scene::LightKind::point ? "point"
+                                                           : "spot"},
+          {directional ? "irradiance" : "intensity", decimals(light.intensity)}};
 }
 
-std::string plural(std::uint64_t count, const std::string& what) {
-  const std::string ending = count == 1 ? "" : what.back() == 'h' ? "es" : "s";
-  return std::to_string(count) + " " + what + ending;
+json describe_camera(const scene::Camera& camera) {
+  if (camera.orthographic)
+    return {{"name", camera.name}, {"kind", "orthographic"}, {"view_height", decimal(2 * camera.ymag)}};
+  return {{"name", camera.name},
+          {"kind", "perspective"},
+          {"yfov_degrees", decimal(camera.yfov * 180 / math::pi)}};
 }
 
-// "key value, key value": one line of an object, its name and kind aside.
-std::string one_line(const json& object) {
-  std::string text;
-  for (const auto& [key, value] : object.items()) {
-    if (key == "name" || key == "kind" || value == false) continue;
-    std::string word = key;
-    for (char& c : word) c = c == '_' ? ' ' : c;
-    text += (text.empty() ? "" : ", ") + word;
-    if (!value.is_boolean()) text += " " + (value.is_string() ? value.get<std::string>() : value.dump());
-  }
-  return text;
+json describe_bitmap(const scene::Bitmap& bitmap) {
+  return {{"name", bitmap.name}, {"size", json::array({bitmap.width, bitmap.height})}};
+}
+
+template <typename Item>
+json list(const std::vector<Item>& items, json (*describe_item)(const Item&)) {
+  json out = json::array();
+  for (const Item& item : items) out.push_back(describe_item(item));
+  return out;
+}
+
+// "key value, key value"; of an object with a name "'name': key value, key value".
+std::string one_line(const json& value) {
+  if (!value.is_object()) return value.is_string() ? value.get<std::string>() : value.dump();
+  std::vector<std::string> parts;
+  for (const auto& [key, part] : value.items())
+    if (key != "name" && part != false) parts.push_back(part == true ? key : key + " " + one_line(part));
+  std::string name = value.value("name", "");
+  if (value.contains("name")) name = name.empty() ? "(no name): " : "'" + name + "': ";
+  return name + CLI::detail::join(parts, ", ");
 }
 
 }  // namespace
 
-json decisive(const Options& o, const scene::Scene& scene) {
-  const integrator::Settings& r = o.render;
-  static const char* const filters[] = {"box", "triangle", "blackman-harris"};
-  static const char* const samplers[] = {"sobol", "random"};
-  static const char* const units[] = {"auto", "watt", "candela"};
-  json out = {{"scene_hash", scene.hash},
-              {"shader", shader_name(r.shader)},
-              {"width", r.width},
-              {"height", r.height},
-              {"camera", r.camera},
-              {"depth", r.depth},
-              {"spp", r.spp},
-              {"replicates", r.replicates},
-              {"seed", r.seed},
-              {"clamp", decimal(r.clamp)},
-              {"filter", filters[static_cast<int>(r.filter)]},
-              {"sampler", samplers[static_cast<int>(r.sampler)]},
-              {"hide-environment", r.hide_environment},
-              {"punctual-units", units[static_cast<int>(o.punctual_units)]},
-              {"fastest-isa", r.fastest_isa}};
-  if (r.crop_width > 0) out["crop"] = {r.crop_x, r.crop_y, r.crop_width, r.crop_height};
-  if (r.shader == integrator::Shader::path_disney) {
-    out["d-gamma"] = decimal(r.d_gamma);
-    if (r.d_constant)
-      out["d-constant"] = decimal(*r.d_constant);
-    else
-      out["d-constant"] = "auto";
-  }
-  if (!o.environment.empty()) out["environment"] = std::filesystem::path(o.environment).filename().string();
-  if (o.environment_color) out["environment-color"] = decimal(*o.environment_color);
-  return out;
-}
-
 json describe(const Options& options, const scene::Scene& scene, const std::string& reduced) {
-  std::uint64_t triangles = 0, instanced = 0;
+  size_t triangles = 0, instanced = 0;
   for (const scene::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
   for (const scene::Instance& i : scene.instances)
     instanced += scene.meshes[static_cast<size_t>(i.mesh)].triangles.size();
-
   json out = {{"scene", scene.file},
               {"hash", scene.hash},
               {"meshes", scene.meshes.size()},
               {"triangles", triangles},
               {"instances", scene.instances.size()},
               {"instanced_triangles", instanced},
-              {"materials", json::array()},
-              {"textures", json::array()},
-              {"lights", json::array()},
-              {"cameras", json::array()},
+              {"materials", list(scene.materials, describe_material)},
+              {"textures", list(scene.bitmaps, describe_bitmap)},
+              {"lights", list(scene.lights, describe_light)},
+              {"cameras", list(scene.cameras, describe_camera)},
+              {"rendered_as", CLI::detail::split(reduced, '\n')},
+              {"added", options.notes},
+              {"chosen", options.choices},
               {"warnings", scene.warnings},
-              {"notes", options.notes},
-              {"choices", options.choices},
-              {"options", decisive(options, scene)},
-              {"reduced", json::array()}};
-  for (const scene::Material& m : scene.materials) out["materials"].push_back(describe_material(m));
-  for (const scene::Bitmap& b : scene.bitmaps)
-    out["textures"].push_back({{"name", b.name}, {"size", json::array({b.width, b.height})}});
-  for (const scene::Light& light : scene.lights) out["lights"].push_back(describe_light(light));
-  for (const scene::Camera& camera : scene.cameras) {
-    json c = {{"name", camera.name}, {"kind", camera.orthographic ? "orthographic" : "perspective"}};
-    if (camera.orthographic)
-      c["view_height"] = decimal(2 * camera.ymag);
-    else
-      c["yfov_degrees"] = decimal(camera.yfov * 180 / math::pi);
-    out["cameras"].push_back(c);
-  }
+              {"options", decisive(options)}};
   if (scene.environment) {
-    const scene::Environment& e = *scene.environment;
-    out["environment"] = {{"name", e.map.name},
-                          {"size", json::array({e.map.width, e.map.height})},
-
-                          {"strength", decimal(e.strength)},
-                          {"rotation_degrees", decimal(e.rotation * 180 / math::pi)}};
+    out["environment"] = describe_bitmap(scene.environment->map);
+    out["environment"]["strength"] = decimal(scene.environment->strength);
+    out["environment"]["rotation_degrees"] = decimal(scene.environment->rotation * 180 / math::pi);
   }
-  for (const std::string& line : split(reduced, '\n'))
-    if (!line.empty()) out["reduced"].push_back(line);
   return out;
 }
 
-std::string describe_text(const json& d) {
-  const auto count = [&](const char* key) { return d.at(key).get<std::uint64_t>(); };
-  std::string text = d.at("scene").get<std::string>() + "\n  sha256 " + d.at("hash").get<std::string>() +
-                     "\n\nIn the file\n";
-  text += "  " + plural(count("meshes"), "mesh") + " of " + plural(count("triangles"), "triangle") + ", " +
-          plural(count("instances"), "instance") + " showing " +
-          plural(count("instanced_triangles"), "triangle") + "\n";
-  const auto list = [&](const char* key, const char* what) {
-    text += "  " + plural(d.at(key).size(), what) + "\n";
-    int index = 0;
-    for (const json& item : d.at(key)) {
-      const std::string name = item.at("name").get<std::string>();
-      text += "    " + std::to_string(index++) + " " + (name.empty() ? "(no name)" : "'" + name + "'");
-      if (item.contains("kind")) text += " " + item.at("kind").get<std::string>();
-      text += ": " + one_line(item) + "\n";
+std::string describe_text(const json& description) {
+  std::string text;
+  for (const auto& [key, value] : description.items()) {
+    if (value.is_array()) {
+      text += key + " " + std::to_string(value.size()) + "\n";
+      for (size_t i = 0; i < value.size(); ++i)
+        text += "  " + (value[i].is_object() ? std::to_string(i) + " " : "") + one_line(value[i]) + "\n";
+    } else {
+      text += key + " " + one_line(value) + "\n";
     }
-  };
-  list("materials", "material");
-  list("textures", "texture");
-  list("lights", "lamp");
-  list("cameras", "camera");
-  if (d.contains("environment"))
-    text += "  environment: " + d.at("environment").at("name").get<std::string>() + ", " +
-            one_line(d.at("environment")) + "\n";
-  else
-    text += "  no environment\n";
-
-  const auto lines = [&](const char* key, const std::string& title) {
-    if (d.at(key).empty()) return;
-    text += "\n" + title + "\n";
-    for (const json& line : d.at(key)) text += "  " + line.get<std::string>() + "\n";
-  };
-  lines("reduced", "Rendered as");
-  lines("notes", "Added");
-  lines("choices", "Chosen");
-  lines("warnings", "Not rendered, or approximated");
-  text += "\nOptions\n  " + one_line(d.at("options")) + "\n";
+  }
   return text;
 }
 

@@ -2,9 +2,9 @@
 // such a picture need not converge.
 #pragma once
 
-#include <optional>
 #include <string>
 
+#include "integrator/render.h"
 #include "scene/scene.h"
 
 namespace app {
@@ -13,7 +13,7 @@ namespace app {
 // reciprocity also its reflectance seen from there under a white sky), largest channel, without its textures.
 double directional_albedo(const scene::Material& material, float d_gamma, float d_constant, float cos_theta);
 
-// One line about the material in use that creates most energy, if any does.
-std::optional<std::string> energy_warning(const scene::Scene& scene, float d_gamma, float d_constant);
+// One line about the material in use that creates most energy; empty if none does.
+std::string energy_warning(const scene::Scene& scene, const integrator::Settings& settings);
 
 }  // namespace app

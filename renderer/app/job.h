@@ -1,8 +1,7 @@
 // One render from options to files, and the last scene kept for the next job of a batch.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/console.h"
@@ -11,38 +10,34 @@
 
 namespace app {
 
-// Holds the scene that was loaded last, and undoes what a job added to it.
+// Holds the scene that was read last.
 class Stage {
  public:
   // The scene of `options`, with the camera, environment and defaults they ask for; fills
   // options.render.camera and adds a note for each default.
-  scene::Scene& prepare(Options& options);
+  const scene::Scene& prepare(Options& options);
 
  private:
   scene::Scene scene_;
-  std::string key_;  // what scene_ was loaded from; empty: nothing
-  size_t file_cameras_ = 0;
-  std::optional<std::optional<scene::Environment>>
-      file_environment_;  // set while a job's stands in its place
-  void load(const Options& options);
-  void replace_environment(scene::Environment environment);
+  std::string key_;  // what scene_ was read from; empty: nothing, or a job has changed it
 };
 
-struct Result {
-  std::string out, error;  // error: empty if the picture was written
-  bool partial = false;    // stopped by a signal
+struct Result {  // to_json() is what --json prints
+  std::string out, error;
+  bool ok = false, partial = false;  // partial: stopped by a signal
   double seconds = 0, load_seconds = 0, build_seconds = 0, render_seconds = 0;
   int samples = 0;  // per pixel, done everywhere
   std::uint64_t rays = 0;
   std::int64_t rejected = 0;  // samples that were not finite
 };
-nlohmann::json to_json(const Result& result);
-
-// One line on standard output, at once.
-void print_json(const nlohmann::json& object);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, out, error, ok, partial, seconds, load_seconds, build_seconds,
+                                   render_seconds, samples, rays, rejected)
 
 // Renders and writes. Throws base::Error. `options` are complete.
 Result run(Options& options, Stage& stage, Console& console);
+
+// The list of jobs in a file; refuses one that cannot be meant. Throws base::Error.
+nlohmann::json read_jobs(const std::string& file);
 
 // From now on the first SIGINT or SIGTERM only asks run() to stop; the second ends the process.
 void watch_signals();

@@ -21,7 +21,7 @@ struct JobTest : testing::Test {
   Folder folder;
   std::string scene = write_scene(folder);
   Stage stage;
-  Console console{true, ""};
+  Console console{true};
 
   Options options(Words words) {
     words.insert(words.begin(), {scene, "--width", "40", "--height", "24", "--spp", "16"});
@@ -75,7 +75,7 @@ TEST_F(JobTest, gives_the_bits_of_one_pass_though_it_renders_in_many) {
   const integrator::Renderer renderer(s, o.render);
   image::Film film = renderer.film();
   renderer.render(film, 0, o.render.spp);
-  EXPECT_TRUE(same(image::read_exr(o.out).mean, film.mean_image()));
+  EXPECT_TRUE(same(image::read_exr(o.text("out")).mean, film.mean_image()));
 }
 
 TEST_F(JobTest, writes_the_whole_header) {
@@ -85,7 +85,8 @@ TEST_F(JobTest, writes_the_whole_header) {
   EXPECT_EQ(header<std::string>(exr, "scene_hash").size(), 64u);
   for (const char* name : {"version", "commit", "isa", "command"})
     EXPECT_NE(header<std::string>(exr, name), "") << name;
-  EXPECT_EQ(header<std::string>(exr, "command").rfind("assay-render scene.gltf --out out.exr --shader", 0),
+  EXPECT_EQ(header<std::string>(exr, "command")
+                .rfind("assay-render scene.gltf --shader path_disney --d-constant 0.005", 0),
             0u);
   EXPECT_EQ(header<int>(exr, "spp"), 16);
   EXPECT_EQ(header<int>(exr, "replicates"), 8);
@@ -102,6 +103,25 @@ TEST_F(JobTest, writes_the_whole_header) {
   EXPECT_EQ(decisive.at("d-constant"), .005);
   EXPECT_NE(text.find("\"d-constant\":0.005"), std::string::npos) << text;
   EXPECT_FALSE(decisive.contains("threads"));
+}
+
+TEST_F(JobTest, writes_the_environment_s_name_and_the_hash_of_its_bytes) {
+  rendered({});  // any picture is an environment
+  std::filesystem::rename(folder.file("out.exr"), folder.file("sky.exr"));
+  const auto decides = [&] {
+    return nlohmann::json::parse(
+        header<std::string>(rendered({"--environment", folder.file("sky.exr")}), "options"));
+  };
+  const std::string hash = decides().at("environment_hash");
+  EXPECT_EQ(decides().at("environment"), "sky.exr");
+  std::FILE* sum = popen(("sha256sum " + folder.file("sky.exr")).c_str(), "r");
+  char expected[65] = {};
+  EXPECT_EQ(std::fread(expected, 1, 64, sum), 64u);
+  pclose(sum);
+  EXPECT_EQ(hash, expected);
+  rendered({"--seed", "2"});
+  std::filesystem::rename(folder.file("out.exr"), folder.file("sky.exr"));
+  EXPECT_NE(decides().at("environment_hash"), hash) << "another picture of the same name";
 }
 
 TEST_F(JobTest, says_biased_only_if_clamped) { EXPECT_EQ(header<int>(rendered({}), "biased"), 0); }
@@ -123,7 +143,7 @@ TEST_F(JobTest, writes_each_kind_of_picture) {
   for (const char* name : {"a.hdr", "a.png", "a.jpg", "A.PNG"}) {
     Options o = options({"-o", folder.file(name)});
     run(o, stage, console);
-    EXPECT_GT(std::filesystem::file_size(o.out), 100u) << name;
+    EXPECT_GT(std::filesystem::file_size(o.text("out")), 100u) << name;
   }
 }
 
@@ -163,7 +183,7 @@ TEST_F(JobTest, frames_everything_if_there_is_no_camera_and_lights_it_if_there_i
   Options o = options({"-o", folder.file("bare.exr"), "--layers", "depth"});
   run(o, stage, console);
   EXPECT_EQ(o.notes.size(), 2u);
-  const image::Exr exr = image::read_exr(o.out);
+  const image::Exr exr = image::read_exr(o.text("out"));
   const image::Image& depth = exr.layers.at(0).image;
   double lit = 0;
   int inside = 0, at_edge = 0;
@@ -181,7 +201,8 @@ TEST_F(JobTest, frames_everything_if_there_is_no_camera_and_lights_it_if_there_i
   // Neither default is there for the asking of another shader or colour.
   o = options({"-o", folder.file("bare.exr"), "--environment-color", "0,0,0"});
   run(o, stage, console);
-  for (const math::Vec3& pixel : image::read_exr(o.out).mean.pixels) ASSERT_TRUE(math::is_black(pixel));
+  for (const math::Vec3& pixel : image::read_exr(o.text("out")).mean.pixels)
+    ASSERT_TRUE(math::is_black(pixel));
 }
 
 TEST(FramingCamera, fills_the_view_to_a_margin_at_any_aspect) {
@@ -191,7 +212,7 @@ TEST(FramingCamera, fills_the_view_to_a_margin_at_any_aspect) {
     box.meshes[0].positions.push_back({(i & 1) ? 7.f : 3.f, (i & 2) ? 1.f : -1.f, (i & 4) ? 90.f : 89.5f});
   box.instances.emplace_back();
   for (const float aspect : {.3f, 1.f, 2.35f}) {
-    const scene::Camera camera = *framing_camera(box, aspect);
+    const scene::Camera camera = framing_camera(box, aspect);
     float most_x = -1e9f, least_x = 1e9f, most_y = -1e9f, least_y = 1e9f;
     for (const math::Vec3& p : box.meshes[0].positions) {
       const math::Vec3 q = p - math::Vec3(camera.to_world[3]);
@@ -220,10 +241,13 @@ TEST(Energy, warns_of_figure_7_and_not_of_figure_4) {
   scene.materials[0].roughness = .05f;
   scene.meshes.emplace_back();
   scene.instances.emplace_back();
-  const auto warning = energy_warning(scene, 2, .005f);
-  ASSERT_TRUE(warning);
-  EXPECT_NE(warning->find("'blue'"), std::string::npos) << *warning;
-  EXPECT_FALSE(energy_warning(scene, 2, 1.989e-6f)) << *energy_warning(scene, 2, 1.989e-6f);
+  integrator::Settings settings;
+  settings.shader = integrator::Shader::path_disney;
+  settings.d_constant = .005f;
+  const std::string warning = energy_warning(scene, settings);
+  EXPECT_NE(warning.find("material 'blue' (roughness 0.05) reflects up to "), std::string::npos) << warning;
+  settings.d_constant = 1.989e-6f;
+  EXPECT_EQ(energy_warning(scene, settings), "");
   // The lobe is proportional to its constant: 2513 times the normalised one adds 2513 times its albedo, about
   // .04.
   const double normalised = directional_albedo(scene.materials[0], 2, 1.989e-6f, 1);

@@ -4,8 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
-#include "app/parse.h"
+#include "app/text.h"
 #include "base/error.h"
 
 namespace app {
@@ -68,32 +69,30 @@ TEST(CommandLine, reads_every_kind_of_option) {
                             "albedo,depth",
                             "--clamp",
                             "10"});
-  EXPECT_EQ(o.scene, "a.glb");
-  EXPECT_EQ(o.out, "b.exr");
+  EXPECT_EQ(o.text("scene"), "a.glb");
+  EXPECT_EQ(o.text("out"), "b.exr");
   EXPECT_EQ(o.render.shader, integrator::Shader::path_disney);
   EXPECT_EQ(o.render.d_gamma, 1.f);
   EXPECT_EQ(o.render.d_constant, .005f);
   EXPECT_EQ(o.render.spp, 64);
-  EXPECT_EQ(o.render.crop_x, 1);
-  EXPECT_EQ(o.render.crop_y, 2);
-  EXPECT_EQ(o.render.crop_width, 3);
-  EXPECT_EQ(o.render.crop_height, 4);
+  EXPECT_EQ(o.text("crop"), "1,2,3,4");
   EXPECT_TRUE(o.render.hide_environment);
   EXPECT_EQ(o.render.filter, integrator::Filter::blackman_harris);
-  EXPECT_TRUE(o.layer_albedo && o.layer_depth);
-  EXPECT_FALSE(o.layer_normal || o.layer_position || o.layer_replicates);
+  EXPECT_EQ(o.text("layers"), "albedo,depth");
   EXPECT_EQ(o.render.clamp, 10.f);
 }
 
 TEST(CommandLine, reads_every_shader_by_its_own_name) {
+  int next = 0;
   for (const char* name : {"path", "path_disney", "principled", "disney", "eyelight", "direct", "path-nomis",
                            "normal", "albedo", "texcoord", "position"})
-    EXPECT_EQ(shader_name(parsed({"a.glb", "-o", "b.exr", "--shader", name}).render.shader), name);
+    EXPECT_EQ(parsed({"a.glb", "-o", "b.exr", "--shader", name}).render.shader,
+              static_cast<integrator::Shader>(next++));
 }
 
 TEST(CommandLine, takes_negative_numbers_after_a_blank) {
-  EXPECT_EQ(parsed({"a.glb", "-o", "b.png", "--exposure", "-1.5"}).exposure, -1.5f);
-  EXPECT_EQ(parsed({"a.glb", "-o", "b.png", "--exposure", "-.5"}).exposure, -.5f);
+  EXPECT_EQ(parsed({"a.glb", "-o", "b.png", "--exposure", "-1.5"})["exposure"], -1.5f);
+  EXPECT_EQ(parsed({"a.glb", "-o", "b.png", "--exposure", "-.5"})["exposure"], -.5f);
 }
 
 TEST(CommandLine, names_the_nearest_option_when_one_is_misspelt) {
@@ -111,8 +110,8 @@ TEST(CommandLine, names_the_nearest_choice_when_one_is_misspelt) {
 
 TEST(CommandLine, refuses_values_that_are_not_wholly_numbers_in_range) {
   EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--spp", "12x"}),
-            "--spp: wanted an integer from 1 to 16777216, found '12x'");
-  for (const char* bad : {"0", "-1", "1.5", "1e3", "99999999999", "", " 4", "nan"})
+            "--spp: wanted an integer in [1, 16777216], found '12x'");
+  for (const char* bad : {"0", "-1", "1.5", "0x10", "99999999999", "", " 4", "nan"})
     EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--spp", bad}).rfind("--spp: wanted an integer", 0), 0u)
         << bad;
   for (const char* bad : {"0", "-1", "10.01", "nan", "inf", "1,5", "0x1"})
@@ -121,12 +120,12 @@ TEST(CommandLine, refuses_values_that_are_not_wholly_numbers_in_range) {
               0u)
         << bad;
   EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--d-constant", "automatic"})
-                .rfind("--d-constant: wanted a number", 0),
+                .rfind("--d-constant: wanted auto or a number in [0, 1000000]", 0),
             0u);
   EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--crop", "1,2,3"}).rfind("--crop: wanted X,Y", 0), 0u);
-  EXPECT_EQ(
-      error_of({"a.glb", "-o", "b.exr", "--layers", "albedo,nromal"}).rfind("--layers: wanted one of", 0),
-      0u);
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--layers", "albedo,nromal"})
+                .rfind("--layers: wanted a list of albedo, ", 0),
+            0u);
 }
 
 TEST(CommandLine, refuses_a_second_scene_a_missing_scene_and_a_missing_output) {
@@ -136,9 +135,22 @@ TEST(CommandLine, refuses_a_second_scene_a_missing_scene_and_a_missing_output) {
   EXPECT_EQ(error_of({"a.glb", "--info"}), "no error");
 }
 
-TEST(CommandLine, refuses_an_option_without_its_value_and_one_given_twice) {
-  EXPECT_NE(error_of({"a.glb", "-o", "b.exr", "--spp"}).find("--spp"), std::string::npos);
-  EXPECT_NE(error_of({"a.glb", "-o", "b.exr", "--spp", "4", "--spp", "8"}).find("--spp"), std::string::npos);
+TEST(CommandLine, refuses_an_option_without_its_value_one_given_twice_and_a_flag_with_a_value) {
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--spp"}),
+            "--spp: wanted an integer in [1, 16777216], found nothing");
+  EXPECT_EQ(error_of({"a.glb", "-o"}), "--out: wanted FILE, found nothing");
+  EXPECT_EQ(error_of({"a.glb", "-o", ""}), "--out: wanted FILE, found nothing");
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--spp", "4", "--spp", "8"}),
+            "--spp: wanted once, found twice");
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--quiet=3"}), "--quiet: wanted no value, found one");
+  EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "-x"}), "there is no option '-x' (see assay-render --help)");
+  EXPECT_EQ(error_of({"a.glb", "-spp", "4"}), "there is no option '-spp'; nearest: --spp");
+}
+
+TEST(CommandLine, says_the_range_of_d_gamma_in_one_way_from_both_ends) {
+  for (const char* bad : {"0", "11"})
+    EXPECT_EQ(error_of({"a.glb", "-o", "b.exr", "--shader", "path_disney", "--d-gamma", bad}),
+              std::string("--d-gamma: wanted a number in (0, 10], found '") + bad + "'");
 }
 
 TEST(Complete, refuses_what_does_not_go_together) {
@@ -228,7 +240,7 @@ TEST(Job, means_the_same_as_the_command_line) {
                             "albedo,depth"});
   EXPECT_EQ(command(a, true), command(b, true));
   EXPECT_EQ(a.render.d_constant, .005f);
-  EXPECT_FALSE(a.save_progress);
+  EXPECT_FALSE(a["save-progress"]);
 }
 
 TEST(Job, starts_from_the_command_line_and_wins_over_it) {
@@ -236,6 +248,13 @@ TEST(Job, starts_from_the_command_line_and_wins_over_it) {
                         {"--batch", "j.json", "--spp", "64", "--threads", "3"});
   EXPECT_EQ(o.render.spp, 16);
   EXPECT_EQ(o.render.threads, 3);
+}
+
+TEST(Job, turns_off_a_flag_of_the_command_line) {
+  const Words words = {"--batch", "j.json", "--save-progress", "--hide-environment"};
+  const Options o = job(R"({"scene": "a.glb", "out": "b.exr", "save-progress": false})", words);
+  EXPECT_FALSE(o["save-progress"]);
+  EXPECT_TRUE(o.render.hide_environment);
 }
 
 TEST(Job, names_the_near_miss_of_an_unknown_key) {
@@ -247,35 +266,40 @@ TEST(Job, names_the_near_miss_of_an_unknown_key) {
 
 TEST(Job, refuses_values_of_the_wrong_type_and_options_of_the_command_line) {
   EXPECT_EQ(error_of_job(R"({"hide-environment": 1})"), "hide-environment: wanted true or false, found 1");
-  EXPECT_EQ(error_of_job(R"({"spp": true})"), "spp: wanted a text, a number or a list, found true");
-  EXPECT_EQ(error_of_job(R"({"spp": null})"), "spp: wanted a text, a number or a list, found null");
-  EXPECT_EQ(error_of_job(R"({"spp": 1.5})"), "spp: wanted an integer from 1 to 16777216, found '1.5'");
+  EXPECT_EQ(error_of_job(R"({"spp": true})"), "spp: wanted an integer in [1, 16777216], found true");
+  EXPECT_EQ(error_of_job(R"({"spp": null})"), "spp: wanted an integer in [1, 16777216], found null");
+  EXPECT_EQ(error_of_job(R"({"spp": 1.5})"), "spp: wanted an integer in [1, 16777216], found '1.5'");
   EXPECT_EQ(error_of_job(R"({"crop": [1, [2], 3, 4]})"),
-            "crop: wanted a list of texts or numbers, found [1,[2],3,4]");
+            "crop: wanted X,Y,W,H, each an integer in [0, 32768], found '1,[2],3,4'");
   EXPECT_EQ(error_of_job(R"({"info": true})"), "info: belongs on the command line, not in a job");
   EXPECT_EQ(error_of_job(R"([1])"), "wanted an object of options, found [1]");
 }
 
-TEST(Help, names_every_option_and_every_exit_code) {
-  const std::string text = help();
-  for (const Row& row : table())
-    EXPECT_TRUE(row.name == "scene" || text.find("--" + row.name) != std::string::npos) << row.name;
-  for (const char* code : {"  0  ", "  2  ", "  130  "}) EXPECT_NE(text.find(code), std::string::npos);
-  for (const std::string& line : split(text, '\n')) EXPECT_LE(line.size(), 110u) << line;
+TEST(Help, names_every_option_its_range_and_default_and_every_exit_code) {
+  const std::string text = parse_command_line({"--help"}).answer;
+  for (const std::string& name : option_names())
+    EXPECT_NE(text.find(name == "scene" ? "scene FILE" : "--" + name), std::string::npos) << name;
+  for (const char* part : {"--spp N=256", "--shader NAME=disney", "--seed N=1", "a number in (0, 10]",
+                           "an integer in [1, 16777216]", "auto or a number in [0, 1000000]",
+                           "one of box, triangle, blackman-harris", "[-64, 64]", "[0.1, 10]",
+                           "X,Y,W,H, each an integer in [0,", "\n  0    ", "\n  2    ", "\n  130  "})
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 110u) << line;
 }
 
 TEST(Command, quotes_what_a_shell_would_change_and_leaves_out_folders_if_told_to) {
   const Options o = parsed({"x/a b.glb", "-o", "/y/it's.exr", "--spp", "4", "--environment", "z/e.hdr"});
   EXPECT_EQ(command(o, true),
-            "assay-render 'x/a b.glb' --out '/y/it'\\''s.exr' --spp 4 --environment z/e.hdr");
-  EXPECT_EQ(command(o, false), "assay-render 'a b.glb' --out 'it'\\''s.exr' --spp 4 --environment e.hdr");
+            "assay-render 'x/a b.glb' --spp 4 --environment z/e.hdr --out '/y/it'\\''s.exr'");
+  EXPECT_EQ(command(o, false), "assay-render 'a b.glb' --spp 4 --environment e.hdr --out 'it'\\''s.exr'");
 }
 
 TEST(Nearest, finds_slips_and_beginnings_but_not_strangers) {
   const std::vector<std::string> words = {"spp", "seed", "environment", "environment-color"};
-  EXPECT_EQ(nearest("environmnet", words), "environment");
-  EXPECT_EQ(nearest("env", words), "environment");
-  EXPECT_EQ(nearest("sed", words), "seed");
+  EXPECT_EQ(nearest("environmnet", words), ", near 'environment'");
+  EXPECT_EQ(nearest("env", words), ", near 'environment'");
+  EXPECT_EQ(nearest("sed", words, "; nearest: --", ""), "; nearest: --seed");
   EXPECT_EQ(nearest("threads", words), "");
 }
 

@@ -1,19 +1,19 @@
 #include "app/output.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "app/describe.h"
-#include "app/parse.h"
 #include "app/version.h"
 #include "base/error.h"
 #include "image/decode.h"
 #include "image/display.h"
 #include "image/exr.h"
+#include "image/file.h"
 
 namespace app {
 namespace {
@@ -21,82 +21,101 @@ namespace {
 namespace fs = std::filesystem;
 using integrator::Shader;
 
-image::Metadata provenance(const Options& options, const scene::Scene& scene,
-                           const integrator::Renderer& renderer, const image::Film& film, int samples,
-                           bool partial) {
+image::Exr to_exr(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
+                  const image::Film& film, int samples, bool partial) {
   const integrator::Settings& r = options.render;
+  image::Exr exr;
+  exr.mean = film.mean_image();
+  if (film.replicates() > 1) exr.variance = film.variance_image();
+
+  const std::vector<std::string> layers = options["layers"];
+  const auto add = [&](const char* name, const char* channels, Shader shader, bool depth) {
+    if (std::count(layers.begin(), layers.end(), name) > 0)
+      exr.layers.push_back({name, channels, renderer.first_hit(shader, depth)});
+  };
+  add("albedo", "RGB", Shader::albedo, false);
+  add("normal", "XYZ", Shader::normal, false);
+  add("depth", "Z", Shader::position, true);
+  add("position", "XYZ", Shader::position, false);
+  for (int k = 0; k < film.replicates() && std::count(layers.begin(), layers.end(), "replicates") > 0; ++k) {
+    image::Image replicate(film.width(), film.height());
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = 0; x < film.width(); ++x) replicate.at(x, y) = film.replicate_mean(x, y, k);
+    exr.layers.push_back({"replicate" + std::to_string(k), "RGB", std::move(replicate)});
+  }
+
+  nlohmann::json decides = decisive(options);
+  decides["scene_hash"] = scene.hash;
   const std::int64_t most_int = std::numeric_limits<int>::max();
-  image::Metadata data;
-  data.set("assay:version", version());
-  data.set("assay:commit", commit());
-  data.set("assay:scene_hash", scene.hash);
-  data.set("assay:command", command(options, false));
-  data.set("assay:shader", shader_name(r.shader));
-  data.set("assay:isa", renderer.isa());
-  data.set("assay:options", decisive(options, scene).dump());
-  data.set("assay:spp", samples);
-  data.set("assay:replicates", r.replicates);
-  data.set("assay:seed", static_cast<int>(r.seed));
-  data.set("assay:depth", r.depth);
-  data.set("assay:rejected", static_cast<int>(std::min(film.rejected(), most_int)));
-  data.set("assay:partial", partial ? 1 : 0);
-  data.set("assay:biased", r.clamp > 0 ? 1 : 0);
-  return data;
+  exr.metadata.entries = {{"assay:version", version},
+                          {"assay:commit", commit},
+                          {"assay:scene_hash", scene.hash},
+                          {"assay:command", command(options, false)},
+                          {"assay:shader", options.text("shader")},
+                          {"assay:isa", renderer.isa()},
+                          {"assay:options", decides.dump()},
+                          {"assay:spp", samples},
+                          {"assay:replicates", r.replicates},
+                          {"assay:seed", static_cast<int>(r.seed)},
+                          {"assay:depth", r.depth},
+                          {"assay:rejected", static_cast<int>(std::min(film.rejected(), most_int))},
+                          {"assay:partial", partial ? 1 : 0},
+                          {"assay:biased", r.clamp > 0 ? 1 : 0}};
+  return exr;
 }
 
-image::Image replicate_image(const image::Film& film, int replicate) {
-  image::Image out(film.width(), film.height());
-  for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) out.at(x, y) = film.replicate_mean(x, y, replicate);
-  return out;
+// What `action` returns; an error of it names the option.
+template <typename Action>
+auto naming(const char* option, const Action& action) {
+  try {
+    return action();
+  } catch (const base::Error& error) {
+    base::fail(option, ": ", error.what());
+  }
 }
 
 }  // namespace
 
-void check_writable(const std::string& file) {
+void check_writable(const Options& options) {
+  const fs::path file = options.text("out");
+  const auto refuse = [&](const std::string& why) {
+    base::fail("--out: ", file.string(), ": cannot write: ", why);
+  };
   std::error_code error;
-  if (fs::is_directory(file, error)) base::fail(file, ": cannot write: it is a folder");
-  if (fs::exists(file, error) && !fs::is_regular_file(file, error))
-    base::fail(file, ": cannot write: it is not a file");
-  const fs::path folder = fs::path(file).has_parent_path() ? fs::path(file).parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, error))
-    base::fail(file, ": cannot write: there is no folder ", folder.string());
-  const fs::path probe = folder / (".assay-probe-" + std::to_string(getpid()));
-  const bool open = std::ofstream(probe).is_open();
-  fs::remove(probe, error);
-  if (!open) base::fail(file, ": cannot write: no permission to create files in ", folder.string());
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (!fs::is_directory(folder, error)) refuse("there is no folder " + folder.string());
+  const bool exists = fs::exists(file, error);
+  if (fs::is_directory(file, error)) refuse("it is a folder");
+  if (exists && !fs::is_regular_file(file, error)) refuse("it is not a file");
+  for (const fs::path& place : {folder, exists ? file : folder})
+    if (faccessat(AT_FDCWD, place.c_str(), W_OK, AT_EACCESS) != 0)
+      refuse(place.string() + ": " + std::strerror(errno));
+  for (const char* name : {"scene", "environment", "log", "batch"})
+    if (options.has(name) && fs::equivalent(file, options.text(name), error))
+      refuse(std::string("it is the file of --") + name);
 }
 
 void write_picture(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
                    const image::Film& film, int samples, bool partial) {
-  if (extension_of(options.out) != ".exr") {
-    const image::Display display{options.exposure, options.gamma.value_or(0), options.filmic};
-    image::write_display(options.out, film.mean_image(), display);
-    return;
-  }
-  image::Exr exr;
-  exr.mean = film.mean_image();
-  if (film.replicates() > 1) exr.variance = film.variance_image();
-  exr.metadata = provenance(options, scene, renderer, film, samples, partial);
-  if (options.layer_albedo) exr.layers.push_back({"albedo", "RGB", renderer.first_hit(Shader::albedo)});
-  if (options.layer_normal) exr.layers.push_back({"normal", "XYZ", renderer.first_hit(Shader::normal)});
-  if (options.layer_depth) exr.layers.push_back({"depth", "Z", renderer.first_hit(Shader::position, true)});
-  if (options.layer_position) exr.layers.push_back({"position", "XYZ", renderer.first_hit(Shader::position)});
-  if (options.layer_replicates)
-    for (int k = 0; k < film.replicates(); ++k)
-      exr.layers.push_back({"replicate" + std::to_string(k), "RGB", replicate_image(film, k)});
-  image::write_exr(options.out, exr);
+  const std::string out = options.text("out");
+  naming("--out", [&] {
+    if (image::lower_extension(out) == ".exr")
+      return image::write_exr(out, to_exr(options, scene, renderer, film, samples, partial));
+    const float gamma = options.has("gamma") ? options["gamma"].get<float>() : 0;
+    image::write_display(out, film.mean_image(), {options["exposure"], gamma, options["filmic"]});
+  });
 }
 
-scene::Environment read_environment(const std::string& file) {
-  const image::Image map = image::read_environment(file);
-  scene::Environment environment;
-  environment.map.name = fs::path(file).filename().string();
-  environment.map.width = map.width;
-  environment.map.height = map.height;
-  environment.map.texels.reserve(map.pixels.size());
-  for (const math::Vec3& p : map.pixels) environment.map.texels.push_back({p.x, p.y, p.z, 1});
-  return environment;
+scene::Environment read_environment(Options& options) {
+  const std::string file = options.text("environment");
+  return naming("--environment", [&] {
+    options.environment_hash = gltf::hash(file);
+    const image::Image map = image::read_environment(file);
+    scene::Environment environment;
+    environment.map = {fs::path(file).filename().string(), map.width, map.height, {}};
+    for (const math::Vec3& p : map.pixels) environment.map.texels.push_back({p.x, p.y, p.z, 1});
+    return environment;
+  });
 }
 
 }  // namespace app

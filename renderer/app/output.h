@@ -1,8 +1,6 @@
 // Pictures on disk: by extension, whole or not at all (written beside the target, then renamed).
 #pragma once
 
-#include <string>
-
 #include "app/options.h"
 #include "image/film.h"
 #include "integrator/render.h"
@@ -10,13 +8,15 @@
 
 namespace app {
 
-// Throws base::Error if `file` could not be written, before an hour of rendering finds out.
-void check_writable(const std::string& file);
+// Throws base::Error if --out could not be written, before an hour of rendering finds out, or is a file that
+// is read.
+void check_writable(const Options& options);
 
 // `samples` per pixel are in every pixel of the film; `partial`: more were asked for.
 void write_picture(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
                    const image::Film& film, int samples, bool partial);
 
-scene::Environment read_environment(const std::string& file);
+// The map of --environment; fills options.environment_hash.
+scene::Environment read_environment(Options& options);
 
 }  // namespace app

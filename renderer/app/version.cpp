@@ -1,11 +1,5 @@
-// The commit is asked for at every build, see commit.cmake beside this file.
 #include "app/version.h"
 
 #include "assay_commit.h"
 
-namespace app {
-
-std::string version() { return ASSAY_VERSION; }
-std::string commit() { return ASSAY_COMMIT; }
-
-}  // namespace app
+const char *const app::version = ASSAY_VERSION, *const app::commit = ASSAY_COMMIT;

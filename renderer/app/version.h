@@ -1,11 +1,9 @@
+// Written at every build, see commit.cmake beside this file.
 #pragma once
-
-#include <string>
 
 namespace app {
 
-std::string version();  // "0.1.0"
-std::string
-commit();  // short git hash of the build, "-dirty" if tracked files differed; "unknown" outside git
+extern const char* const version;  // "0.1.0"
+extern const char* const commit;  // short git hash, "-dirty" if tracked files differed; "unknown" outside git
 
 }  // namespace app

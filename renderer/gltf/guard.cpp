@@ -230,4 +230,10 @@ Document guard(const std::string& file, const Limits& user_limits) {
   return document;
 }
 
+std::string hash(const std::string& file) {
+  Sha256 sha;
+  sha.add(read_file(file, file, "", Limits{}.file_bytes));
+  return sha.hexadecimal();
+}
+
 }  // namespace gltf

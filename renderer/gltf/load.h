@@ -38,4 +38,7 @@ struct Options {
 // Throws base::Error, one line naming the file, the place in it, what was wanted and what was found.
 scene::Scene load(const std::string& file, const Options& options = {});
 
+// SHA-256 of a file's bytes, as sha256sum prints it. Throws base::Error.
+std::string hash(const std::string& file);
+
 }  // namespace gltf
