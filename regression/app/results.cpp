@@ -103,6 +103,17 @@ Json golden_json(const RunOptions& options, const CaseOutcome& outcome) {
                     {"low", number(g.noise->interval.low)},
                     {"high", number(g.noise->interval.high)},
                     {"p", number(g.noise->p)}};
+  if (!g.wrong_pixels.empty()) {
+    out["wrong_pixels"] = Json::array();
+    for (std::size_t i = 0; i < std::min<std::size_t>(g.wrong_pixels.size(), 100); ++i) {
+      const metric::WrongPixel& w = g.wrong_pixels[i];
+      out["wrong_pixels"].push_back({{"x", w.x},
+                                     {"y", w.y},
+                                     {"reference", number(w.reference)},
+                                     {"test", number(w.test)},
+                                     {"sigmas", number(w.sigmas)}});
+    }
+  }
   out["images"] = {{"render", path_json(options, outcome.render_file)},
                    {"golden", path_json(options, outcome.golden_file)},
                    {"fresh", path_json(options, outcome.fresh_file)},

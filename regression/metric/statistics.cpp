@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
 
@@ -17,47 +15,85 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double luminance_weight[3] = {0.2126, 0.7152, 0.0722};
 
 // Chance with which a bias of the `detectable` size is found.
-constexpr double power = 0.9;
+constexpr double power = 0.99;
 
-// Beyond this many degrees of freedom, Student's distribution is normal to the last digit that matters.
-constexpr double normal_from = 1e9;
+// How uncertain a sum over pixels is.
+struct Spread {
+  double variance = 0, variance_over_freedom = 0;  // of variance^2 / degrees of freedom
 
-using Policy = boost::math::policies::policy<
-    boost::math::policies::promote_double<false>,
-    boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
-    boost::math::policies::underflow_error<boost::math::policies::ignore_error>>;
-using Student = boost::math::students_t_distribution<double, Policy>;
-using Normal = boost::math::normal_distribution<double, Policy>;
-
-// Sums over a region: what a mean, its standard error and its degrees of freedom are made of.
-struct Sums {
-  double reference = 0, test = 0;    // of the values
-  double variance = 0;               // of all variances, both sides
-  double variance_over_freedom = 0;  // of variance^2 / degrees of freedom
-
-  void add(const Sums& o) {
-    reference += o.reference;
-    test += o.test;
+  void add(double v, double freedom) {
+    variance += v;
+    variance_over_freedom += v * v / freedom;
+  }
+  void add(const Spread& o) {
     variance += o.variance;
     variance_over_freedom += o.variance_over_freedom;
   }
-  void add_variance(double v, double freedom) {
-    variance += v;
-    variance_over_freedom += v * v / freedom;
+  Spread times(double factor) const { return {variance * factor, variance_over_freedom * factor * factor}; }
+};
+
+// Sums over a region: what a mean, its standard error and its degrees of freedom are made of.
+struct Sums {
+  double reference = 0, test = 0;             // of the values
+  Spread reference_spread, test_spread;       // a paired test knows only that of the difference, the test's
+  double absolute = 0, squares = 0;           // of the pixels' differences
+  double relative = 0, relative_squares = 0;  // of the same, each in units of the sum of both sides
+
+  void add(const Sums& o) {
+    reference += o.reference, test += o.test;
+    reference_spread.add(o.reference_spread), test_spread.add(o.test_spread);
+    absolute += o.absolute, squares += o.squares;
+    relative += o.relative, relative_squares += o.relative_squares;
+  }
+  void add_pixel(double r, double t) {
+    reference += r, test += t;
+    const double d = t - r, unit = std::abs(r) + std::abs(t);
+    absolute += std::abs(d), squares += d * d;
+    if (d != 0) relative += d / unit, relative_squares += d / unit * (d / unit);
   }
 };
 
 using Quantities = std::array<Sums, quantity_count>;
 
+// What a comparison knows besides the sums.
+struct Design {
+  bool paired = false;
+  int replicates[2] = {2, 2};
+  double samples_ratio = 1;  // test / reference
+};
+
+// The side with fewer samples is at least as noisy as the other's samples say.
+Spread total_spread(const Sums& sums, const Design& design) {
+  Spread reference = sums.reference_spread, test = sums.test_spread;
+  const double k = design.samples_ratio;
+  if (k > 1 && reference.variance < k * test.variance) reference = test.times(k);
+  if (k < 1 && test.variance < reference.variance / k) test = reference.times(1 / k);
+  reference.add(test);
+  return reference;
+}
+
+// What chance alone could give at most, however the noise is distributed.
+double bound_of(const Sums& sums, const Design& design) {
+  if (sums.squares == 0) return 1;
+  if (!design.paired)
+    return exchange_p(design.replicates[0], design.replicates[1],
+                      sums.absolute * sums.absolute / sums.squares);
+  const double plain = symmetric_p((sums.test - sums.reference) / std::sqrt(sums.squares));
+  const double relative = symmetric_p(sums.relative / std::sqrt(sums.relative_squares));
+  return std::min(1., 2 * std::min(plain, relative));
+}
+
 // The mean difference of a region of `n` pixels, before it is judged.
-Difference difference_of(const Sums& sums, double n) {
+Difference difference_of(const Sums& sums, double n, const Design& design) {
+  const Spread spread = total_spread(sums, design);
   Difference d;
   d.reference = sums.reference / n;
   d.test = sums.test / n;
   d.difference = (sums.test - sums.reference) / n;
-  d.standard_error = std::sqrt(sums.variance) / n;
-  d.degrees_of_freedom =
-      sums.variance_over_freedom > 0 ? sums.variance * sums.variance / sums.variance_over_freedom : infinity;
+  d.standard_error = std::sqrt(spread.variance) / n;
+  d.degrees_of_freedom = spread.variance_over_freedom > 0
+                             ? spread.variance * spread.variance / spread.variance_over_freedom
+                             : infinity;
   if (d.standard_error > 0) {
     d.t = d.difference / d.standard_error;
     d.p = student_two_sided_p(d.t, d.degrees_of_freedom);
@@ -65,6 +101,8 @@ Difference difference_of(const Sums& sums, double n) {
     d.t = std::copysign(infinity, d.difference);
     d.p = 0;
   }
+  d.p = std::max(d.p, bound_of(sums, design));
+  if (d.difference == 0) d.p = 1;
   return d;
 }
 
@@ -84,12 +122,30 @@ void judge(Difference& d, double scale, double level, double margin, const Welch
   d.within_margin = d.interval.low >= -margin && d.interval.high <= margin;
 }
 
+// Values and differences of all pixels, by tile.
+std::vector<Quantities> pixel_sums(const image::Image& reference, const image::Image& test, int n) {
+  const int columns = (reference.width + n - 1) / n, rows = (reference.height + n - 1) / n;
+  std::vector<Quantities> tiles(static_cast<std::size_t>(columns) * rows);
+  for (int y = 0; y < reference.height; ++y)
+    for (int x = 0; x < reference.width; ++x) {
+      Quantities& tile = tiles[static_cast<std::size_t>(y / n) * columns + x / n];
+      double r = 0, t = 0;
+      for (int c = 0; c < 3; ++c) {
+        tile[c].add_pixel(reference.at(x, y, c), test.at(x, y, c));
+        r += luminance_weight[c] * reference.at(x, y, c);
+        t += luminance_weight[c] * test.at(x, y, c);
+      }
+      tile[luminance].add_pixel(r, t);
+    }
+  return tiles;
+}
+
 double mean_of_channels(const Difference (&d)[quantity_count]) {
   return (d[red].reference + d[green].reference + d[blue].reference) / 3;
 }
 
 // From the sums of every tile to the whole comparison. The image is the sum of its tiles.
-Comparison conclude(const std::vector<Quantities>& tiles, int width, int height,
+Comparison conclude(const std::vector<Quantities>& tiles, int width, int height, const Design& design,
                     const WelchOptions& options) {
   Comparison c;
   c.tile_columns = (width + options.tile - 1) / options.tile;
@@ -101,7 +157,7 @@ Comparison conclude(const std::vector<Quantities>& tiles, int width, int height,
   for (const Quantities& tile : tiles)
     for (int q = 0; q < quantity_count; ++q) whole[q].add(tile[q]);
   for (int q = 0; q < quantity_count; ++q)
-    c.image[q] = difference_of(whole[q], static_cast<double>(width) * height);
+    c.image[q] = difference_of(whole[q], static_cast<double>(width) * height, design);
   const double image_scale = std::abs(mean_of_channels(c.image));
   for (Difference& d : c.image) judge(d, image_scale, c.level, options.image_margin, options);
 
@@ -112,7 +168,7 @@ Comparison conclude(const std::vector<Quantities>& tiles, int width, int height,
     tile.width = std::min(options.tile, width - tile.x);
     tile.height = std::min(options.tile, height - tile.y);
     for (int q = 0; q < quantity_count; ++q)
-      tile.difference[q] = difference_of(tiles[i][q], static_cast<double>(tile.width) * tile.height);
+      tile.difference[q] = difference_of(tiles[i][q], static_cast<double>(tile.width) * tile.height, design);
     const double scale =
         std::max(std::abs(mean_of_channels(tile.difference)), options.tile_scale_floor * image_scale);
     for (Difference& d : tile.difference) judge(d, scale, c.level, options.tile_margin, options);
@@ -150,27 +206,6 @@ std::string broken(const Noisy& reference, const Noisy& test) {
 }
 
 }  // namespace
-
-double sidak(double budget, double tests) { return -std::expm1(std::log1p(-budget) / tests); }
-
-double case_false_alarm(int cases, int stages) {
-  return sidak(suite_false_alarm, static_cast<double>(cases) * stages);
-}
-
-double student_two_sided_p(double t, double degrees_of_freedom) {
-  const double a = std::abs(t);
-  if (std::isnan(a)) return std::numeric_limits<double>::quiet_NaN();
-  if (std::isinf(a)) return 0;
-  if (degrees_of_freedom > normal_from) return 2 * cdf(complement(Normal(0, 1), a));
-  return 2 * cdf(complement(Student(degrees_of_freedom), a));
-}
-
-double student_critical(double two_sided_p, double degrees_of_freedom) {
-  if (two_sided_p >= 1) return 0;
-  if (two_sided_p <= 0) return infinity;
-  if (degrees_of_freedom > normal_from) return quantile(complement(Normal(0, 1), two_sided_p / 2));
-  return quantile(complement(Student(degrees_of_freedom), two_sided_p / 2));
-}
 
 double Difference::relative() const { return relative_to(difference, scale); }
 
@@ -211,29 +246,27 @@ Comparison compare_welch(const Noisy& reference, const Noisy& test, const WelchO
     failed.failure = why;
     return failed;
   }
-  const int width = reference.mean.width, height = reference.mean.height, n = options.tile;
-  const int columns = (width + n - 1) / n, rows = (height + n - 1) / n;
-  std::vector<Quantities> tiles(static_cast<std::size_t>(columns) * rows);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      Quantities& tile = tiles[static_cast<std::size_t>(y / n) * columns + x / n];
-      double sigma_reference = 0, sigma_test = 0;
-      for (int c = 0; c < 3; ++c) {
-        const double r = reference.mean.at(x, y, c), t = test.mean.at(x, y, c);
-        const double vr = reference.variance.at(x, y, c), vt = test.variance.at(x, y, c);
-        tile[c].reference += r;
-        tile[c].test += t;
-        tile[c].add_variance(vr, reference.replicates - 1);
-        tile[c].add_variance(vt, test.replicates - 1);
-        tile[luminance].reference += luminance_weight[c] * r;
-        tile[luminance].test += luminance_weight[c] * t;
-        sigma_reference += luminance_weight[c] * std::sqrt(vr);
-        sigma_test += luminance_weight[c] * std::sqrt(vt);
-      }
-      tile[luminance].add_variance(sigma_reference * sigma_reference, reference.replicates - 1);
-      tile[luminance].add_variance(sigma_test * sigma_test, test.replicates - 1);
+  Design design;
+  design.replicates[0] = reference.replicates, design.replicates[1] = test.replicates;
+  if (reference.samples > 0 && test.samples > 0) design.samples_ratio = test.samples / reference.samples;
+  std::vector<Quantities> tiles = pixel_sums(reference.mean, test.mean, options.tile);
+  const int columns = (reference.mean.width + options.tile - 1) / options.tile;
+  for (int y = 0; y < reference.mean.height; ++y)
+    for (int x = 0; x < reference.mean.width; ++x) {
+      Quantities& tile = tiles[static_cast<std::size_t>(y / options.tile) * columns + x / options.tile];
+      const auto add = [&](const Noisy& side, Spread Sums::*spread) {
+        double sigma = 0;
+        for (int c = 0; c < 3; ++c) {
+          const double v = side.variance.at(x, y, c);
+          (tile[c].*spread).add(v, side.replicates - 1);
+          sigma += luminance_weight[c] * std::sqrt(v);
+        }
+        (tile[luminance].*spread).add(sigma * sigma, side.replicates - 1);
+      };
+      add(reference, &Sums::reference_spread);
+      add(test, &Sums::test_spread);
     }
-  return conclude(tiles, width, height, options);
+  return conclude(tiles, reference.mean.width, reference.mean.height, design, options);
 }
 
 image::Image tile_means(const image::Image& image, int tile) {
@@ -253,28 +286,34 @@ image::Image tile_means(const image::Image& image, int tile) {
   return means;
 }
 
-Comparison compare_paired(const std::vector<image::Image>& reference, const std::vector<image::Image>& test,
-                          int width, int height, const WelchOptions& options) {
-  const int n = options.tile, columns = (width + n - 1) / n, rows = (height + n - 1) / n;
-  if (reference.size() != test.size())
-    base::fail("statistics: wanted as many replicates on both sides, found ", reference.size(), " and ",
-               test.size());
+Comparison compare_paired(const Paired& reference, const Paired& test, const WelchOptions& options) {
+  const int width = reference.mean.width, height = reference.mean.height, n = options.tile;
+  const int columns = (width + n - 1) / n, rows = (height + n - 1) / n;
+  if (!test.mean.same_shape(reference.mean) || test.mean.channels != 3)
+    base::fail("statistics: wanted images of one shape with three channels, found ", shape(reference.mean),
+               " and ", shape(test.mean));
+  if (reference.tiles.size() != test.tiles.size())
+    base::fail("statistics: wanted as many replicates on both sides, found ", reference.tiles.size(), " and ",
+               test.tiles.size());
   Comparison failed;
-  if (reference.size() < 2) {
+  if (reference.tiles.size() < 2) {
     failed.failure = "one replicate tells nothing about its own noise";
     return failed;
   }
-  for (const auto* side : {&reference, &test})
-    for (const image::Image& i : *side) {
+  for (const Paired* side : {&reference, &test}) {
+    if (const std::size_t bad = image::count_non_finite(side->mean))
+      failed.failure = std::to_string(bad) + " non-finite pixels";
+    for (const image::Image& i : side->tiles) {
       if (i.width != columns || i.height != rows || i.channels != 3)
         base::fail("statistics: wanted tile means of ", columns, " x ", rows, " x 3, found ", shape(i));
       if (const std::size_t bad = image::count_non_finite(i))
         failed.failure = std::to_string(bad) + " non-finite tiles in a replicate";
     }
+  }
   if (!failed.failure.empty()) return failed;
 
-  const double count = static_cast<double>(reference.size());
-  std::vector<Quantities> tiles(static_cast<std::size_t>(columns) * rows);
+  const double count = static_cast<double>(reference.tiles.size());
+  std::vector<Quantities> tiles = pixel_sums(reference.mean, test.mean, n);
   for (int i = 0; i < columns * rows; ++i) {
     const int x = i % columns, y = i / columns;
     const double area = static_cast<double>(std::min(n, width - x * n)) * std::min(n, height - y * n);
@@ -285,31 +324,28 @@ Comparison compare_paired(const std::vector<image::Image>& reference, const std:
         for (int c = 0; c < 3; ++c) sum += luminance_weight[c] * means.at(x, y, c);
         return sum;
       };
-      double r = 0, t = 0, squares = 0;
-      for (std::size_t k = 0; k < reference.size(); ++k) {
-        r += value(reference[k]) / count;
-        t += value(test[k]) / count;
-      }
-      for (std::size_t k = 0; k < reference.size(); ++k) {
-        const double deviation = value(test[k]) - value(reference[k]) - (t - r);
+      double mean = 0, squares = 0;
+      for (std::size_t k = 0; k < reference.tiles.size(); ++k)
+        mean += (value(test.tiles[k]) - value(reference.tiles[k])) / count;
+      for (std::size_t k = 0; k < reference.tiles.size(); ++k) {
+        const double deviation = value(test.tiles[k]) - value(reference.tiles[k]) - mean;
         squares += deviation * deviation;
       }
-      Sums& sums = tiles[i][q];
-      sums.reference = r * area;
-      sums.test = t * area;
-      if (squares > 0) sums.add_variance(squares / (count - 1) / count * area * area, count - 1);
+      if (squares > 0) tiles[i][q].test_spread.add(squares / (count - 1) / count * area * area, count - 1);
     }
   }
-  return conclude(tiles, width, height, options);
+  Design design;
+  design.paired = true;
+  return conclude(tiles, width, height, design, options);
 }
 
 NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOptions& options) {
   NoiseRatio result;
   if (!broken(reference, test).empty()) return result;
 
-  // Variances summed over the pixels and channels of each tile.
-  const image::Image r = tile_means(reference.variance, options.tile),
-                     t = tile_means(test.variance, options.tile);
+  // Variances summed over the pixels and channels of each block.
+  const int block = std::max(1, options.tile / 2);
+  const image::Image r = tile_means(reference.variance, block), t = tile_means(test.variance, block);
   std::vector<double> vr(r.pixels()), vt(r.pixels());
   double sum_r = 0, sum_t = 0;
   for (std::size_t i = 0; i < r.pixels(); ++i) {
@@ -322,25 +358,26 @@ NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOpt
   }
   result.pooled = sum_r == sum_t ? 1 : sum_t / sum_r;
 
-  // A tile with noise on one side only has a ratio of 0 or infinity: held to a millionth of the mean
+  // A block with noise on one side only has a ratio of 0 or infinity: held to a millionth of the mean
   // variance.
   const double floor = 1e-6 * (sum_r + sum_t) / (2 * static_cast<double>(r.pixels()));
   std::vector<double> logs;
   for (std::size_t i = 0; i < r.pixels(); ++i)
     if (vr[i] > 0 || vt[i] > 0) logs.push_back(std::log(std::max(vt[i], floor) / std::max(vr[i], floor)));
-  result.tiles = static_cast<int>(logs.size());
+  result.blocks = static_cast<int>(logs.size());
   result.interval = {0, infinity};
   if (logs.size() < 8) return result;
 
   const double n = static_cast<double>(logs.size());
-  double mean = 0, squares = 0;
-  for (const double l : logs) mean += l / n;
-  for (const double l : logs) squares += (l - mean) * (l - mean);
-  const double error = std::sqrt(squares / (n - 1) / n);
+  double sum = 0, squares = 0, deviations = 0;
+  for (const double l : logs) sum += l, squares += l * l;
+  const double mean = sum / n;
+  for (const double l : logs) deviations += (l - mean) * (l - mean);
+  const double error = std::sqrt(deviations / (n - 1) / n);
   const double half = error == 0 ? 0 : student_critical(1 - options.confidence, n - 1) * error;
   result.ratio = std::exp(mean);
   result.interval = {std::exp(mean - half), std::exp(mean + half)};
-  result.p = mean == 0 ? 1 : error == 0 ? 0 : student_two_sided_p(mean / error, n - 1);
+  result.p = squares > 0 ? symmetric_p(sum / std::sqrt(squares)) : 1;
   return result;
 }
 

@@ -4,16 +4,19 @@
 // degrees of freedom). Pixels are scrambled independently, so the variance of an image's or tile's mean is
 // the sum of its pixels' variances over n^2, with Satterthwaite's degrees of freedom (sum V)^2 / sum(V^2 /
 // ) (Welch 1947; Jung et al. 2020, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT
-// 9(2)).
+// 9(2)). Estimated from the variances' own estimates, that number comes out (R-1)/(R+1) too small in equal
+// noise, and smaller where few pixels carry the noise: on the careful side.
 //
 // All tests of one comparison (R, G, B and luminance, of the image and of every tile) share one false-alarm
-// budget by Sidak's rule, which holds for correlated tests too (Sidak 1967).
+// budget by Sidak's rule. Every p-value is held up by a bound that no distribution of the noise can break
+// (statistics_levels.h): Welch's by exchange_p, the paired test's by symmetric_p.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "image/image.h"
+#include "metric/statistics_levels.h"
 
 namespace metric {
 
@@ -21,23 +24,13 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-// The chance that a test out of `tests` may give a false alarm so that all together give one with chance
-// `budget`.
-double sidak(double budget, double tests);
-
-// Suite-wide: at most 1e-6 per run of 100 cases; what one case may use in one of its two stages.
-inline constexpr double suite_false_alarm = 1e-6;
-double case_false_alarm(int cases = 100, int stages = 2);
-
-// Student's t: chance of |t| or more, either side; and the t that has this chance.
-double student_two_sided_p(double t, double degrees_of_freedom);
-double student_critical(double two_sided_p, double degrees_of_freedom);
-
-// One side of a comparison. `variance` is of the mean, same shape as `mean`: three channels.
+// One side of a comparison. `variance` is of the mean, same shape as `mean`: three channels. `samples` per
+// pixel (0: unknown) matter where one side has more of them, see compare_welch().
 struct Noisy {
   const image::Image& mean;
   const image::Image& variance;
   int replicates;
+  double samples = 0;
 };
 
 enum Quantity { red, green, blue, luminance, quantity_count };
@@ -48,11 +41,11 @@ struct Difference {
   double difference = 0;           // test - reference
   double standard_error = 0;
   double degrees_of_freedom = 0;  // infinite if nothing varies
-  double t = 0, p = 1;            // two-sided; nothing varies: p is 1 if equal and 0 if not
+  double t = 0, p = 1;            // two-sided; p is held up by what few pixels or replicates can show at most
   double scale = 0;               // what a relative difference is relative to (see Comparison)
   double relative() const;        // difference / scale; 0 if both are 0
   Interval interval;              // confidence interval of difference / scale, at options.confidence
-  double detectable = 0;          // smallest |bias| / scale found 9 times in 10
+  double detectable = 0;          // smallest |bias| / scale found 99 times in 100
   bool significant = false;       // p below the Sidak level, and above rounding
   bool within_margin = false;     // interval inside [-margin, margin]
 };
@@ -94,26 +87,35 @@ struct Comparison {
 };
 
 // Both sides noisy and independent (different seeds). Shapes that differ are a base::Error.
+//
+// If one side has more samples (the second look has four times the golden's), the other is taken to be at
+// least as noisy as those samples say: a golden that by luck saw none of a caustic's rare bright paths would
+// call itself quiet, and the better picture wrong.
 Comparison compare_welch(const Noisy& reference, const Noisy& test, const WelchOptions& options = {});
 
 // Means over tiles of an image, one pixel per tile: what a golden keeps of each replicate.
 image::Image tile_means(const image::Image& image, int tile = 8);
 
 // Same seed on both sides, so the noise largely cancels: the differences of per-replicate tile means are the
-// data, R - 1 degrees of freedom a tile. One tile_means() image per replicate; width and height are the
-// image's.
-Comparison compare_paired(const std::vector<image::Image>& reference, const std::vector<image::Image>& test,
-                          int width, int height, const WelchOptions& options = {});
+// data, R - 1 degrees of freedom a tile; eight numbers can agree by chance (whole tiles see one sample more
+// or less of an edge), so the pixels' differences, absolute or relative, must agree in sign as well
+// (symmetric_p).
+struct Paired {
+  const image::Image& mean;
+  const std::vector<image::Image>& tiles;  // tile_means() of each replicate
+};
+Comparison compare_paired(const Paired& reference, const Paired& test, const WelchOptions& options = {});
 
-// Did the noise change? Ratio of variances test / reference, from the logarithms of the tiles' ratios, whose
-// own spread gives the error: no assumption of a normal distribution, which fireflies break. Tiles without
-// noise on either side are left out; fewer than 8 tiles claim nothing (p = 1).
+// Did the noise change? Ratio of variances test / reference, from the logarithms of the ratios of blocks of
+// half a tile, each as likely above 0 as below if nothing changed: no assumption of a normal distribution,
+// which fireflies break (symmetric_p). Blocks without noise on either side are left out; fewer than 8 claim
+// nothing.
 struct NoiseRatio {
-  double ratio = 1;   // geometric mean over tiles
+  double ratio = 1;   // geometric mean over blocks
   double pooled = 1;  // ratio of the summed variances
   Interval interval;  // of ratio, at options.confidence
   double p = 1;       // two-sided, of ratio = 1
-  int tiles = 0;
+  int blocks = 0;
 };
 NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOptions& options = {});
 

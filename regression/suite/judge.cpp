@@ -13,9 +13,13 @@ namespace {
 
 constexpr int last_look = 2;
 
-metric::WelchOptions options(const Case& c, int stages) {
+// The shares of a case's budget: half to the own seed, the other half to two looks and the noise.
+double own_seed_level(const JudgeOptions& options) { return metric::sidak(options.false_alarm, 2); }
+double fresh_level(const JudgeOptions& options) { return metric::sidak(own_seed_level(options), 3); }
+
+metric::WelchOptions welch_options(const Case& c, double level) {
   metric::WelchOptions o;
-  o.false_alarm = metric::case_false_alarm(100, stages);
+  o.false_alarm = level;
   o.image_margin = c.margin_image;
   o.tile_margin = c.margin_tile;
   return o;
@@ -76,7 +80,9 @@ std::string noise_fault(const image::Render& golden, const image::Render& render
                                  [&](const image::Image* r) { return r->data == replicates.front()->data; });
   if (alike && noisy > static_cast<std::ptrdiff_t>(was.data.size() / 100))
     return "its " + std::to_string(replicates.size()) +
-           " replicates are the same picture, while the golden has noise: they were drawn with one seed";
+           " replicates are the same picture, while the golden has noise: they were drawn with one seed, or "
+           "nothing "
+           "is left that could be noisy";
   const double before = std::accumulate(was.data.begin(), was.data.end(), 0.),
                now = std::accumulate(is.data.begin(), is.data.end(), 0.);
   // Both are stored as half floats: 1 % is twenty times their rounding.
@@ -86,6 +92,26 @@ std::string noise_fault(const image::Render& golden, const image::Render& render
     return text.str();
   }
   return "";
+}
+
+// "3 wrong pixels, worst at (4, 7): 0.02 instead of 0.8, 31 sigma"
+std::string describe_wrong(const std::vector<metric::WrongPixel>& wrong) {
+  const metric::WrongPixel& worst = wrong.front();
+  std::ostringstream text;
+  text << wrong.size() << (wrong.size() == 1 ? " wrong pixel at (" : " wrong pixels, worst at (") << worst.x
+       << ", " << worst.y << "): " << worst.test << " instead of " << worst.reference << ", ";
+  if (std::isfinite(worst.sigmas))
+    text << std::lround(worst.sigmas) << " sigma";
+  else
+    text << "where nothing varies";
+  return text.str();
+}
+
+// One side of a comparison, with what its header says.
+metric::Noisy noisy(const Case& c, const image::Render& render) {
+  return {render.mean, *render.variance,
+          image::header_int(render.header, "assay:replicates").value_or(c.replicates),
+          static_cast<double>(image::header_int(render.header, "assay:spp").value_or(0))};
 }
 
 void set(GoldenResult& result, Verdict verdict, const std::string& reason) {
@@ -148,7 +174,8 @@ std::vector<image::Image> replicate_tiles(const image::Render& render) {
   return tiles;
 }
 
-GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Render& render) {
+GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Render& render,
+                            const JudgeOptions& options) {
   GoldenResult result;
   const bool identical = image::pixel_hash(render.mean) == golden.pixel_hash;
 
@@ -167,9 +194,10 @@ GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Re
 
   // A renderer that still gives the golden's bits has the golden's noise: the test of a picture with itself
   // tells what bias this case could have shown.
-  const auto replicates = image::header_int(golden.render.header, "assay:replicates").value_or(c.replicates);
-  const metric::Noisy noisy{golden.render.mean, *golden.render.variance, replicates};
-  result.detectable = metric::compare_welch(noisy, noisy, options(c, 4)).image[metric::luminance].detectable;
+  const metric::Noisy reference = noisy(c, golden.render), test = noisy(c, render);
+  result.detectable = metric::compare_welch(reference, reference, welch_options(c, fresh_level(options)))
+                          .image[metric::luminance]
+                          .detectable;
 
   if (!flip.ok()) return set(result, Verdict::broken, "FLIP: " + flip.failure), result;
   if (!c.limits) return set(result, Verdict::broken, "not calibrated: run assay calibrate " + c.name), result;
@@ -188,35 +216,38 @@ GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Re
     return result;
   }
 
+  const auto found = [&](const std::string& what) {
+    set(result, Verdict::changed, over + (over.empty() ? "" : "; ") + what);
+    return result;
+  };
   const std::vector<image::Image> tiles = replicate_tiles(render);
   if (tiles.size() >= 2 && tiles.size() == golden.replicate_tiles.size()) {
-    result.paired = metric::compare_paired(golden.replicate_tiles, tiles, c.width, c.height, options(c, 2));
+    result.paired = metric::compare_paired({golden.render.mean, golden.replicate_tiles}, {render.mean, tiles},
+                                           welch_options(c, own_seed_level(options)));
     if (!result.paired->ok()) return set(result, Verdict::broken, result.paired->failure), result;
-    result.detectable = result.paired->image[metric::luminance].detectable;
-    if (result.paired->biased())
-      return set(result, Verdict::changed, over + (over.empty() ? "" : "; ") + describe_bias(*result.paired)),
-             result;
+    if (result.paired->biased()) return found(describe_bias(*result.paired));
   }
+  result.wrong_pixels = metric::wrong_pixels(reference, test, image::replicates(render),
+                                             std::max(1., reference.samples / reference.replicates));
+  if (!result.wrong_pixels.empty()) return found(describe_wrong(result.wrong_pixels));
   if (!over.empty()) return set(result, Verdict::changed, over), result;
   set(result, Verdict::undecided, "the bits differ and the fresh seed was not judged");
   result.wants_fresh = true;
   return result;
 }
 
-void judge_fresh_seed(GoldenResult& result, const Case& c, const Golden& golden, const image::Render& fresh) {
+void judge_fresh_seed(GoldenResult& result, const Case& c, const Golden& golden, const image::Render& fresh,
+                      const JudgeOptions& options) {
   ++result.looks;
-  const auto golden_replicates =
-      image::header_int(golden.render.header, "assay:replicates").value_or(c.replicates);
-  const auto fresh_replicates = image::header_int(fresh.header, "assay:replicates").value_or(c.replicates);
-  const metric::Noisy reference{golden.render.mean, *golden.render.variance, golden_replicates};
-  const metric::Noisy test{fresh.mean, *fresh.variance, fresh_replicates};
-  result.welch = metric::compare_welch(reference, test, options(c, 4));
+  const double level = fresh_level(options);
+  const metric::Noisy reference = noisy(c, golden.render), test = noisy(c, fresh);
+  result.welch = metric::compare_welch(reference, test, welch_options(c, level));
   const metric::Comparison& welch = *result.welch;
   if (!welch.ok()) return set(result, Verdict::broken, welch.failure);
   result.detectable = welch.image[metric::luminance].detectable;
   // Only the first look has the golden's number of samples, so only it can speak of noise.
-  if (result.looks == 1) result.noise = metric::noise_ratio(reference, test, options(c, 4));
-  const bool noise_moved = result.noise && result.noise->p < metric::case_false_alarm(100, 2);
+  if (result.looks == 1) result.noise = metric::noise_ratio(reference, test, welch_options(c, level));
+  const bool noise_moved = result.noise && result.noise->p < level;
   char ratio[96] = "";
   if (noise_moved)
     std::snprintf(ratio, sizeof ratio, "variance times %.3g [%.3g, %.3g]", result.noise->ratio,

@@ -4,10 +4,11 @@
 //   stage 1, the golden's own seed   same bits: IDENTICAL. Else a paired test on per-replicate tile means.
 //   stage 2, a fresh fixed seed      Welch's test on image and tiles; once more with four times the samples.
 //
-// CHANGED as soon as one stage finds a bias above rounding; EQUIVALENT if none did and one of them shows that
-// any bias is inside the margins; else UNDECIDED. FLIP and RMSE of the own-seed render are computed and held
-// to the case's limits whatever the hash says. The false-alarm budget of a case is split: half to stage 1, a
-// quarter to each look of stage 2.
+// CHANGED as soon as one stage finds a bias above rounding, or pixels that are wrong in most replicates;
+// EQUIVALENT if none did and one of them shows that any bias is inside the margins; else UNDECIDED. FLIP and
+// RMSE of the own-seed render are computed and held to the case's limits whatever the hash says. The
+// false-alarm budget of a case is split: half to stage 1; the other half in equal parts to the two looks of
+// stage 2 and to the test of the noise. docs/judge.md has what a study of the whole of it measured.
 #pragma once
 
 #include <optional>
@@ -17,11 +18,17 @@
 #include "image/image.h"
 #include "metric/flip.h"
 #include "metric/statistics.h"
+#include "metric/statistics_pixels.h"
 #include "suite/case_file.h"
 #include "suite/hashes.h"
 #include "suite/verdict.h"
 
 namespace suite {
+
+// What a case may do; only a study of the judge itself relaxes it.
+struct JudgeOptions {
+  double false_alarm = metric::case_false_alarm();  // of one case in one run
+};
 
 // One number that was held to a limit.
 struct Measure {
@@ -47,7 +54,9 @@ struct GoldenResult {
   std::vector<Measure> measures;
   std::optional<metric::Comparison> paired, welch;  // the latest of each
   std::optional<metric::NoiseRatio> noise;
-  double detectable = 0;  // smallest bias of the image's mean this comparison finds 9 times in 10, relative
+  std::vector<metric::WrongPixel> wrong_pixels;  // of the own-seed render, the worst first
+  double detectable =
+      0;  // smallest bias of the image's mean that other noise finds 99 times in 100, relative
   image::Image flip_map;  // one channel
   const metric::Comparison* deciding() const;
 };
@@ -61,8 +70,10 @@ std::string data_fault(const Case& c, const image::Render& render);
 // Why a golden cannot be a yardstick: damaged, stale. Empty: it can.
 std::string golden_fault(const Case& c, const Hashes& hashes, const Golden& golden);
 
-GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Render& render);
-void judge_fresh_seed(GoldenResult& result, const Case& c, const Golden& golden, const image::Render& fresh);
+GoldenResult judge_own_seed(const Case& c, const Golden& golden, const image::Render& render,
+                            const JudgeOptions& options = {});
+void judge_fresh_seed(GoldenResult& result, const Case& c, const Golden& golden, const image::Render& fresh,
+                      const JudgeOptions& options = {});
 
 // The tile means of a render's replicates, for the paired test.
 std::vector<image::Image> replicate_tiles(const image::Render& render);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "image/hash.h"
@@ -27,7 +28,7 @@ class Judging : public ::testing::Test {
     g.render = render;
     g.case_hash = hashes_.a_case;
     g.pixel_hash = image::pixel_hash(render.mean);
-    g.exposures = *metric::automatic_exposures(render.mean);
+    g.exposures = metric::automatic_exposures(render.mean).value_or(metric::Exposures{0, 0, 1});
     g.replicate_tiles = replicate_tiles(render);
     return g;
   }
@@ -134,6 +135,58 @@ TEST_F(Judging, names_the_tile_that_changed) {
   const GoldenResult result = judge(golden(render({})), recipe);
   EXPECT_EQ(result.verdict, Verdict::changed);
   EXPECT_NE(result.reason.find("1 of 4 tiles, worst at (8, 0)"), std::string::npos) << result.reason;
+}
+
+TEST_F(Judging, sees_a_dead_pixel_that_no_tile_would_show_and_no_firefly) {
+  Recipe recipe;
+  const Golden g = golden(render(recipe));
+  image::Render dead = render(recipe), firefly = dead;
+  for (int c = 0; c < 3; ++c) {
+    dead.mean.at(9, 4, c) = 0;
+    for (int r = 0; r < 8; ++r) dead.layers["replicate" + std::to_string(r)].at(9, 4, c) = 0;
+    dead.variance->at(9, 4, c) = 0;
+    firefly.mean.at(9, 4, c) += .2f / 8;
+    firefly.layers["replicate3"].at(9, 4, c) += .2f;
+    firefly.variance->at(9, 4, c) += .2f * .2f / 64;
+  }
+  const GoldenResult result = judge_own_seed(case_, g, dead);
+  EXPECT_EQ(result.verdict, Verdict::changed);
+  EXPECT_FALSE(result.paired->biased());
+  EXPECT_EQ(result.reason.substr(0, 30), "1 wrong pixel at (9, 4): 0 ins") << result.reason;
+  ASSERT_EQ(result.wrong_pixels.size(), 1u);
+  GoldenResult sound = judge_own_seed(case_, g, firefly);
+  EXPECT_EQ(sound.verdict, Verdict::undecided) << sound.reason;
+  recipe.seed = fresh_seed(1, 1);
+  judge_fresh_seed(sound, case_, g, render(recipe));
+  EXPECT_EQ(sound.verdict, Verdict::equivalent) << sound.reason;
+}
+
+// A mask made from the picture under test would leave out what it does not show.
+TEST_F(Judging, sees_an_object_that_is_gone) {
+  Recipe recipe;
+  recipe.truth = [](int x, int y, int) { return x >= 4 && x < 9 && y >= 4 && y < 9 ? .3 : .01; };
+  const Golden with = golden(render(recipe));
+  Recipe empty = recipe;
+  empty.truth = [](int, int, int) { return .01; };
+  case_.limits = Case::Limits{1, 100};
+  EXPECT_EQ(judge(with, empty).verdict, Verdict::changed);
+  EXPECT_EQ(judge(golden(render(empty)), recipe).verdict, Verdict::changed);
+}
+
+TEST_F(Judging, spends_a_cases_budget_once) {
+  Recipe other;
+  other.seed = 99;
+  GoldenResult result = judge_own_seed(case_, golden(render(other)), render({}));
+  ASSERT_TRUE(result.paired.has_value() && result.wants_fresh);
+  other.seed = 7;
+  judge_fresh_seed(result, case_, golden(render({})), render(other));
+  ASSERT_TRUE(result.welch.has_value());
+  // Levels of single tests, 5 regions of 4 quantities: stage 1 half, two looks and the noise the other half.
+  const auto whole = [](double level) { return -std::expm1(20 * std::log1p(-level)); };
+  const double own = whole(result.paired->level), look = whole(result.welch->level);
+  EXPECT_NEAR(own, 5e-9, 1e-14);
+  EXPECT_NEAR(own + 3 * look, metric::case_false_alarm(), 1e-14);
+  EXPECT_NEAR(100 * metric::case_false_alarm(), metric::suite_false_alarm, 1e-12);
 }
 
 TEST_F(Judging, does_not_take_a_failure_to_see_for_equivalence) {

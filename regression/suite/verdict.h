@@ -8,7 +8,7 @@ enum class Verdict {
   identical,   // the same bits
   equivalent,  // other bits, and the data show that any bias is inside the case's margins
   quieter,     // equivalent, and the variance fell by more than chance allows
-  changed,     // a bias was found, or FLIP or RMSE left their limits
+  changed,     // a bias or wrong pixels were found, or FLIP or RMSE left their limits
   noisier,     // no bias found, and the variance rose by more than chance allows
   undecided,   // neither shown, even with four times the samples
   broken,      // the data are bad: non-finite, wrong size, golden missing, stale, not calibrated, ...
