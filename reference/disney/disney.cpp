@@ -32,15 +32,16 @@ struct Angles {
   double n_l, n_v, n_h;
   double l_h;  // cos of the paper's difference angle theta_d; equal to v.h
 
-  // l and v are unit as far as float goes, and taken as they are: h is normalised here. |l+v|/2 is the cosine
-  // of half the angle between them, which l.h loses to cancellation when they are nearly opposite.
+  // l and v are unit as far as float goes, and taken as they are: h is normalised here. |l+v| / (|l|+|v|) is
+  // the cosine of half the angle between them, which l.h loses to cancellation when they are nearly opposite,
+  // and |l+v|/2 to lengths that are not 1 when they are nearly one.
   Angles(const Vector& to_viewer, const Vector& to_light) : l(to_light), v(to_viewer) {
     const Vector sum{l.x + v.x, l.y + v.y, l.z + v.z};
     h = unit(sum);
     n_l = l.z;
     n_v = v.z;
     n_h = h.z;
-    l_h = std::sqrt(dot(sum, sum)) / 2;
+    l_h = std::sqrt(dot(sum, sum)) / (std::sqrt(dot(l, l)) + std::sqrt(dot(v, v)));
   }
   bool below() const { return !(n_l > 0 && n_v > 0); }
 };

@@ -1,6 +1,6 @@
 // The renderer's sampling against its densities: every material of the table in eight directions.
 //
-// Rows B12 (clearcoat alone), B13 (visible normals), B19 (anisotropic extremes) of the hard cases.
+// Rows B12 (clearcoat alone), B13 (visible normals), B19 (anisotropic extremes) of docs/bsdf-tests.md.
 #include "sampling/chi_squared.h"
 
 #include <gtest/gtest.h>

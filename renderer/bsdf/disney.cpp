@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 #include "math/warp.h"
 
@@ -75,6 +76,7 @@ Specular make_specular(Model model, const Gtr& gtr, const Parameters& p) {
     s.dielectric = true;
     s.eta = 2 / (1 - std::sqrt(.08 * p.specular)) - 1;
     s.fresnel0 = fresnel_dielectric(1, s.eta);
+    if (!(s.eta > 1) && math::is_black(s.f0)) s.present = false;  // F is 0 at every angle
   } else if (p.specular <= 0 && p.metallic <= 0) {
     // "No specular" means none: without this Schlick's curve would leave a white edge on a purely diffuse
     // surface. Disney's reference shader keeps that edge.
@@ -130,7 +132,10 @@ void set_probabilities(Bsdf& b, const Vec3& wo) {
   const float edge = schlick(wo.z);
   float weight[lobe_count];
   weight[0] = math::mean(b.diffuse.weight) + math::mean(b.sheen.weight) * (.02f + .1f * edge);
-  weight[1] = b.specular.present ? math::mean(b.specular.fresnel(wo.z)) : 0;
+  // A lobe that is black at normal incidence is not so at others: seen along the normal its share must not be
+  // 0.
+  constexpr float tiny = std::numeric_limits<float>::min();
+  weight[1] = b.specular.present ? std::max(tiny, math::mean(b.specular.fresnel(wo.z))) : 0;
   weight[2] = b.clearcoat.weight > 0 ? b.clearcoat.weight * b.clearcoat.fresnel(wo.z) : 0;
   float sum = 0;
   int active = 0;

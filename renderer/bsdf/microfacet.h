@@ -24,7 +24,7 @@ inline constexpr double pi = 3.14159265358979323846;
 struct HalfVector {
   double x, y, z;         // wi + wo, not normalised
   double length_squared;  // 0 for wi = -wo
-  double cos_d;           // wi . wh, in [0,1]; 0 only for wi = -wo
+  double cos_d;           // wi . wh, in [1e-30,1]
 
   HalfVector(const Vec3& wo, const Vec3& wi)
       : x(static_cast<double>(wi.x) + wo.x),
@@ -40,6 +40,8 @@ struct HalfVector {
                        static_cast<double>(wo.z) * wo.z;
     cos_d = 2 * std::sqrt(length_squared) / (2 + wi2 + wo2);
     if (cos_d > 1) cos_d = 1;
+    if (cos_d < 1e-30)
+      cos_d = 1e-30;  // nearly opposite along the horizon: densities over it stay within float
   }
   double sin2_h() const { return (x * x + y * y) / length_squared; }
   double cos2_h() const { return z * z / length_squared; }
