@@ -11,24 +11,11 @@
 namespace report {
 namespace {
 
-// A witness that differs where the case says it must.
-bool as_expected(const Json& witness) {
-  return text(witness, "expect") == "differs" && flag(witness, "passed");
-}
-
 bool golden_passed(const std::string& verdict) {
   return verdict == "IDENTICAL" || verdict == "EQUIVALENT" || verdict == "QUIETER";
 }
 
 bool is_analytic(const Json& witness) { return text(witness, "kind") == "analytic"; }
-
-std::string kind_name(const Json& witness) {
-  const std::string kind = text(witness, "kind"), quantity = text(witness, "quantity");
-  return (kind == "blender"  ? "Blender"
-          : kind == "povray" ? "POV-Ray"
-                             : text(witness, "label")) +
-         (quantity.empty() ? "" : " " + quantity);
-}
 
 std::string measure_title(const std::string& name) {
   return name == "flip" ? "FLIP" : name == "rmse" ? "RMSE" : name == "relative mse" ? "relative MSE" : name;
@@ -61,6 +48,12 @@ std::string measures_html(const Json& measures) {
   return out + "</tbody></table>\n";
 }
 
+std::string coordinate(double v) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.2f", v);
+  return buffer;
+}
+
 // Intervals of the bias of each channel, drawn against the margin.
 std::string bias_html(const Json& channels, double margin) {
   static const char* const names[] = {"red", "green", "blue", "luminance"};
@@ -71,31 +64,19 @@ std::string bias_html(const Json& channels, double margin) {
       widest = std::max(widest, std::fabs(number(entry(channels, name), end).value_or(0)));
   const double range = 1.15 * std::min(widest, 6 * margin);
   if (!(range > 0)) return "";
-  const auto x = [&](double fraction) { return 100 + 100 * std::clamp(fraction / range, -1., 1.); };
-  const auto text_of = [](double v) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.2f", v);
-    return std::string(buffer);
-  };
   std::string out =
       "<table class=\"bias\"><thead><tr><th>bias<th>ours − reference, 99 %<th class=\"plot\">margin ±" +
       percent_text(margin) + "<th>p<th>detectable</tr></thead><tbody>\n";
   for (const char* name : names) {
     const Json& d = entry(channels, name);
     if (!d.is_object()) continue;
-    const auto relative = number(d, "relative"), low = number(d, "low"), high = number(d, "high");
+    const auto low = number(d, "low"), high = number(d, "high");
     out += std::string("<tr") + (flag(d, "significant") ? " class=\"fails\"" : "") + "><td>" + name + "<td>" +
-           signed_percent_text(relative);
+           signed_percent_text(number(d, "relative"));
     if (low && high)
       out += " <small>[" + signed_percent_text(low) + ", " + signed_percent_text(high) + "]</small>";
-    out += "<td class=\"plot\"><svg viewBox=\"0 0 200 14\" class=\"" + std::string(name) + "\"><rect x=\"" +
-           text_of(x(-margin)) + "\" y=\"0\" width=\"" + text_of(x(margin) - x(-margin)) +
-           "\" height=\"14\" class=\"margin\"/><path d=\"M100 0V14\" class=\"zero\"/>";
-    if (low && high)
-      out += "<path d=\"M" + text_of(x(*low)) + " 7H" + text_of(x(*high)) + "\" class=\"interval\"/>";
-    if (relative) out += "<circle cx=\"" + text_of(x(*relative)) + "\" cy=\"7\" r=\"3\"/>";
-    out += "</svg><td>" + number_text(number(d, "p")) + "<td>" + percent_text(number(d, "detectable")) +
-           "</tr>\n";
+    out += "<td class=\"plot\">" + interval_svg(d, margin, range, name) + "<td>" +
+           number_text(number(d, "p")) + "<td>" + percent_text(number(d, "detectable")) + "</tr>\n";
   }
   return out + "</tbody></table>\n";
 }
@@ -140,7 +121,7 @@ std::string golden_html(const CaseResult& result, Gallery& gallery) {
                              (facts.empty() ? "" : "<p class=\"facts\">" + escape(facts) + "</p>\n"));
 }
 
-std::string witness_html(const Json& witness, Gallery& gallery) {
+std::string witness_html(const Json& witness, const Gallery::Witness& pictures) {
   std::string said = text(witness, "said_by");
   if (const auto margin = number(witness, "margin"))
     said += (said.empty() ? "margin " : " · margin ") + percent_text(margin);
@@ -149,7 +130,8 @@ std::string witness_html(const Json& witness, Gallery& gallery) {
   return comparison_html(
       kind_name(witness), badge(text(witness, "verdict"), flag(witness, "passed"), "", as_expected(witness)),
       reason_html(text(witness, "reason"), flag(witness, "passed")) +
-          body_html(gallery.witness_html(witness),
+          (pictures.parts ? parts_html(*pictures.parts) : "") +
+          body_html(pictures.html,
                     measures_html(entry(witness, "measures")) +
                         bias_html(entry(witness, "image"), number(witness, "margin").value_or(.005))) +
           (said.empty() ? "" : "<p class=\"facts\">" + escape(said) + "</p>\n"));
@@ -233,20 +215,90 @@ std::string settings_text(const Json& json) {
 
 }  // namespace
 
+bool as_expected(const Json& witness) {
+  return text(witness, "expect") == "differs" && flag(witness, "passed");
+}
+
+std::string kind_name(const Json& witness) {
+  const std::string kind = text(witness, "kind"), quantity = text(witness, "quantity");
+  return (kind == "blender"  ? "Blender"
+          : kind == "povray" ? "POV-Ray"
+                             : text(witness, "label")) +
+         (quantity.empty() ? "" : " " + quantity);
+}
+
+std::string command_html(const std::string& before, const std::string& command) {
+  return "<div class=\"accept\"><span>" + escape(before) + "</span><code>" + escape(command) +
+         "</code><button type=\"button\" class=\"copy\" aria-live=\"polite\">Copy</button></div>\n";
+}
+
+std::string interval_svg(const Json& difference, double margin, double range, const std::string& css_class) {
+  const auto relative = number(difference, "relative"), low = number(difference, "low"),
+             high = number(difference, "high");
+  const auto x = [&](double fraction) { return 100 + 100 * std::clamp(fraction / range, -1., 1.); };
+  std::string out = "<svg viewBox=\"0 0 200 14\" aria-hidden=\"true\"" + attribute("class", css_class) +
+                    "><rect x=\"" + coordinate(x(-margin)) + "\" y=\"0\" width=\"" +
+                    coordinate(x(margin) - x(-margin)) +
+                    "\" height=\"14\" class=\"margin\"/><path d=\"M100 0V14\" class=\"zero\"/>";
+  if (low && high)
+    out += "<path d=\"M" + coordinate(x(*low)) + " 7H" + coordinate(x(*high)) + "\" class=\"interval\"/>";
+  if (relative) {
+    // Beyond the plot's end an arrow head stands for the point.
+    if (std::fabs(*relative) > range)
+      out += *relative > 0 ? "<path d=\"M192 2l7 5-7 5\" class=\"beyond\"/>"
+                           : "<path d=\"M8 2L1 7l7 5\" class=\"beyond\"/>";
+    else
+      out += "<circle cx=\"" + coordinate(x(*relative)) + "\" cy=\"7\" r=\"3\"/>";
+  }
+  return out + "</svg>";
+}
+
+std::string parts_bar(const Parts& p) {
+  const double noise = std::max(0., p.noise), bias = std::max(0., p.bias), model = std::max(0., p.model);
+  const double sum = noise + bias + model;
+  if (!(sum > 0)) return "";
+  std::string out = "<span class=\"parts-bar\" aria-hidden=\"true\">";
+  for (const auto& [name, share] :
+       {std::pair("noise", noise / sum), std::pair("model", model / sum), std::pair("bias", bias / sum)})
+    out += "<i class=\"" + std::string(name) + "\" style=\"width:" + coordinate(100 * share) + "%\"></i>";
+  return out + "</span>";
+}
+
+std::string parts_html(const Parts& p) {
+  if (!(p.scale > 0)) return "";
+  const auto share = [&](double square) { return percent_text(std::sqrt(std::max(0., square)) / p.scale); };
+  // The chance that noise alone exceeds 3.5 standard errors is 0.02 %.
+  const double hidden = 3.5 * p.model_error;
+  return "<p class=\"parts\">" + parts_bar(p) + " RMS difference " + share(p.total) +
+         " of the mean: <b class=\"noise\">noise</b> " + share(p.noise) +
+         ", <b class=\"model\">model</b>, differences in places, " +
+         (p.model > hidden ? share(p.model) : "none above the " + share(hidden) + " that this noise hides") +
+         ", <b class=\"bias\">bias</b> of the image " + share(p.bias) + "</p>\n";
+}
+
 std::vector<std::string> filter_words(const CaseResult& result) {
-  std::vector<std::string> words = {"golden:" + result.verdict()};
-  if (!result.passed()) words.push_back("failing");
-  if (!text(result.json, "accept").empty()) words.push_back("pending");
-  for (const Json& w : entry(result.json, "witnesses"))
+  std::vector<std::string> words = {"verdict:" + result.verdict()};
+  words.push_back(result.passed() ? "status:passing" : "status:failing");
+  if (!text(result.json, "accept").empty()) words.push_back("status:pending");
+  for (const Json& w : entry(result.json, "witnesses")) {
     words.push_back("witness:" + text(w, "verdict") + (as_expected(w) ? " as expected" : ""));
+    const std::string kind = text(w, "kind");
+    words.push_back("by:" + std::string(kind == "blender"  ? "Blender"
+                                        : kind == "povray" ? "POV-Ray"
+                                                           : "closed form"));
+  }
+  for (const Json& tag : entry(result.json, "tags"))
+    if (tag.is_string()) words.push_back("tag:" + tag.get<std::string>());
   std::sort(words.begin(), words.end());
   words.erase(std::unique(words.begin(), words.end()), words.end());
   return words;
 }
 
-std::string card_html(const CaseResult& result, const std::string& build, Floats& floats) {
+std::string card_html(const CaseResult& result, const std::string& build, Floats& floats,
+                      std::vector<WitnessRow>& rows) {
   const Json& json = result.json;
-  Gallery gallery(build, json, floats);
+  Gallery gallery(build, result, floats);
+  const std::string golden = golden_html(result, gallery);  // first: its pictures come first
   std::string badges = badge(result.verdict(), golden_passed(result.verdict()));
   std::string witnesses;
   std::vector<Json> analytic;
@@ -255,10 +307,13 @@ std::string card_html(const CaseResult& result, const std::string& build, Floats
     if (is_analytic(w)) {
       analytic.push_back(w);
       analytic_passed += flag(w, "passed");
+      rows.push_back({result.name, w, std::nullopt});
       continue;
     }
     badges += badge(text(w, "verdict"), flag(w, "passed"), kind_name(w), as_expected(w));
-    witnesses += witness_html(w, gallery);
+    const Gallery::Witness pictures = gallery.witness(w);
+    witnesses += witness_html(w, pictures);
+    rows.push_back({result.name, w, pictures.parts});
   }
   if (!analytic.empty()) {
     const bool all = analytic_passed == analytic.size();
@@ -274,13 +329,14 @@ std::string card_html(const CaseResult& result, const std::string& build, Floats
 
   std::string out = "<details class=\"case\"" + attribute("id", "case-" + result.name) +
                     attribute("data-name", result.name) + attribute("data-words", words) +
-                    (result.passed() ? "" : " open") + "><summary><h2>" + escape(result.name) +
-                    "</h2><span class=\"badges\">" + badges + "</span></summary>\n<p class=\"why\">" +
-                    escape(text(json, "why")) + "</p>\n<p class=\"facts\">" + escape(settings_text(json)) +
-                    tags + "</p>\n";
+                    (result.passed() ? "" : " open") +
+                    "><summary><canvas width=\"72\" height=\"72\" aria-hidden=\"true\"></canvas><h2>" +
+                    escape(result.name) + "</h2><span class=\"badges\">" + badges +
+                    "</span></summary>\n<p class=\"why\">" + escape(text(json, "why")) +
+                    "</p>\n<p class=\"facts\">" + escape(settings_text(json)) + tags + "</p>\n";
   if (const std::string accept = text(json, "accept"); !accept.empty())
-    out += "<p class=\"accept\">If the new picture is right: <code>" + escape(accept) + "</code></p>\n";
-  out += golden_html(result, gallery) + witnesses + analytic_html(analytic) + provenance_html(json);
+    out += command_html("If the new picture is right:", accept);
+  out += golden + witnesses + analytic_html(analytic) + provenance_html(json);
   return out + "</details>\n";
 }
 

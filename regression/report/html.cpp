@@ -39,11 +39,11 @@ std::string attribute(const std::string& name, std::string_view value) {
   return " " + name + "=\"" + escape(value) + "\"";
 }
 
-std::string number_text(const std::optional<double>& value) {
+std::string number_text(const std::optional<double>& value, int digits) {
   if (!value) return "not finite";
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", *value);
-  return text;
+  std::snprintf(text, sizeof text, "%.*g", digits, *value);
+  return text[0] == '-' ? "−" + std::string(text + 1) : text;
 }
 
 std::string percent_text(const std::optional<double>& fraction) {

@@ -14,8 +14,8 @@ std::string escape(std::string_view text);
 // ` name="value"`, value escaped.
 std::string attribute(const std::string& name, std::string_view value);
 
-// Three significant digits; "not finite" for nothing, which is how results write such numbers.
-std::string number_text(const std::optional<double>& value);
+// So many significant digits; "not finite" for nothing, which is how results write such numbers.
+std::string number_text(const std::optional<double>& value, int digits = 3);
 std::string percent_text(const std::optional<double>& fraction);  // "0.41 %"
 std::string signed_percent_text(const std::optional<double>& fraction);
 

@@ -1,8 +1,12 @@
 #include "report/pixels.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
+#include <new>
 
 #include "image/io.h"
 #include "metric/flip.h"
@@ -139,32 +143,58 @@ double percentile(const image::Image& image, double share) {
   return *place;
 }
 
-std::string Floats::add(const image::Image& image) {
-  if (image.pixels() > most_inspected_pixels) return "";
+std::string magma_hex() {
+  image::Image ramp(256, 1, 1);
+  for (int i = 0; i < 256; ++i) ramp.at(i, 0) = static_cast<float>(i) / 255;
+  std::string out;
+  for (const float v : shown_map(ramp, 1).data) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02x",
+                  static_cast<unsigned>(std::lround(255 * std::clamp(v, 0.f, 1.f))));
+    out += digits;
+  }
+  return out;
+}
+
+std::string deflate(std::string_view bytes) {
+  uLongf size = compressBound(static_cast<uLong>(bytes.size()));
+  std::string out(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                static_cast<uLong>(bytes.size()), Z_BEST_COMPRESSION) != Z_OK)
+    throw std::bad_alloc();  // the only way it can fail, with that much room
+  out.resize(size);
+  return out;
+}
+
+std::string Floats::add(const image::Image& image, bool needed) {
+  if (image.pixels() > most_inspected_pixels || (!needed && !all_)) return "";
   // A power of two brings the largest value to half's upper end, so that neither sun nor shadow is lost.
   const double largest = percentile(image, 1);
   const int shift = largest > 0 ? std::ilogb(largest) - 14 : 0;
-  std::string bytes;
-  for (const float v : image.data) {
-    const std::uint16_t half = to_half(static_cast<float>(std::ldexp(v, -shift)));
-    bytes += static_cast<char>(half & 255);
-    bytes += static_cast<char>(half >> 8);
+  const std::size_t n = image.data.size(), channels = static_cast<std::size_t>(image.channels);
+  std::string bytes(2 * n, '\0');
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint16_t half = to_half(static_cast<float>(std::ldexp(image.data[i], -shift)));
+    const std::size_t place = i % channels * image.pixels() + i / channels;
+    bytes[place] = static_cast<char>(half >> 8);
+    bytes[n + place] = static_cast<char>(half & 255);
   }
   char head[128];
-  std::snprintf(head, sizeof head, "{\"w\":%d,\"h\":%d,\"c\":%d,\"scale\":%.17g,\"half\":\"", image.width,
+  std::snprintf(head, sizeof head, "{\"w\":%d,\"h\":%d,\"c\":%d,\"scale\":%.17g,\"z\":\"", image.width,
                 image.height, image.channels, std::ldexp(1., shift));
-  const std::string body = head + base64(bytes) + "\"}";
-  const auto [found, is_new] = ids_.try_emplace(body, "p" + std::to_string(entries_.size()));
-  if (is_new) entries_.push_back("\"" + found->second + "\":" + body);
-  return found->second;
+  const std::string body = head + base64(deflate(bytes)) + "\"}";
+  const auto found = ids_.find(body);
+  if (found != ids_.end()) return found->second;
+  if (bytes_ + body.size() + 12 > most_bytes_) return "";
+  bytes_ += body.size() + 12;
+  const std::string id = "p" + std::to_string(entries_.size());
+  entries_.push_back(",\n\"" + id + "\":" + body);
+  return ids_[body] = id;
 }
 
-std::string Floats::json(std::size_t max_bytes) const {
-  std::string out = "{";
-  for (const std::string& entry : entries_) {
-    if (out.size() + entry.size() + 3 > max_bytes) break;
-    out += (out.size() > 1 ? ",\n" : "\n") + entry;
-  }
+std::string Floats::json() const {
+  std::string out = "{\"magma\":\"" + magma_hex() + "\"";
+  for (const std::string& entry : entries_) out += entry;
   return out + "}";
 }
 

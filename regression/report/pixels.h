@@ -41,16 +41,29 @@ image::Image largest_channel(const image::Image& image, double gain);
 // The value that `share` of all finite |values| do not exceed; 0 if there are none.
 double percentile(const image::Image& image, double share);
 
+// The 256 colours of shown_map() as "rrggbb…".
+std::string magma_hex();
+
+// zlib's stream, which a browser's DecompressionStream("deflate") reads.
+std::string deflate(std::string_view bytes);
+
 // The pictures of a page as half floats, each distinct one once.
 class Floats {
  public:
-  // The picture's id in the table; empty if it is too large for one.
-  std::string add(const image::Image& image);
+  // Takes pictures as long as their text stays below `most_bytes`; without `all` only those that are needed.
+  Floats(std::size_t most_bytes, bool all) : most_bytes_(most_bytes), all_(all) {}
 
-  // {"p0": {"w", "h", "c", "scale", "half"}, …} with as many of the first pictures as fit into `max_bytes`.
-  std::string json(std::size_t max_bytes) const;
+  // The picture's id in the table; empty if it is not taken, or too large for a page. A needed one belongs to
+  // a case that is not IDENTICAL or that has another renderer's picture.
+  std::string add(const image::Image& image, bool needed);
+
+  // {"magma": "…", "p0": {"w", "h", "c", "scale", "z"}, …}; z: all values' high bytes, then all low bytes,
+  // channel by channel, deflated, in base64.
+  std::string json() const;
 
  private:
+  std::size_t most_bytes_, bytes_ = 0;
+  bool all_;
   std::vector<std::string> entries_;
   std::map<std::string, std::string> ids_;  // from content
 };
