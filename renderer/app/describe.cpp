@@ -45,20 +45,18 @@ json describe_material(const Material& m) {
 }
 
 json describe_light(const scene::Light& light) {
+  static const char* const kinds[] = {"directional", "point", "spot"};
   const bool directional = light.kind == scene::LightKind::directional;
   return {{"name", light.name},
-          {"kind", directional                             ? "directional"
-                   : light.kind == scene::LightKind::point ? "point"
-                                                           : "spot"},
+          {"kind", kinds[static_cast<int>(light.kind)]},
           {directional ? "irradiance" : "intensity", decimals(light.intensity)}};
 }
 
 json describe_camera(const scene::Camera& camera) {
-  if (camera.orthographic)
-    return {{"name", camera.name}, {"kind", "orthographic"}, {"view_height", decimal(2 * camera.ymag)}};
-  return {{"name", camera.name},
-          {"kind", "perspective"},
-          {"yfov_degrees", decimal(camera.yfov * 180 / math::pi)}};
+  json out = {{"name", camera.name}, {"kind", camera.orthographic ? "orthographic" : "perspective"}};
+  if (camera.orthographic) out["view_height"] = decimal(2 * camera.ymag);
+  if (!camera.orthographic) out["yfov_degrees"] = decimal(camera.yfov * 180 / math::pi);
+  return out;
 }
 
 json describe_bitmap(const scene::Bitmap& bitmap) {

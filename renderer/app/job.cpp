@@ -121,7 +121,11 @@ Result run(Options& options, Stage& stage, Console& console) {
     if (!result.partial) result.samples = first + count;
     if (options["save-progress"] && !result.partial && result.samples < settings.spp &&
         since(last_save) >= save_interval_seconds) {
-      write_picture(options, scene, renderer, film, result.samples, true);
+      try {
+        write_picture(options, scene, renderer, film, result.samples, true);
+      } catch (const base::Error& error) {  // a disk may have room again at the end
+        console.warn(error.what());
+      }
       last_save = Clock::now();
     }
   }

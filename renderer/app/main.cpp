@@ -24,7 +24,7 @@ void print_info(app::Options& options, app::Stage& stage) {
 
 int run(const app::Options& options, app::Console& console) {
   if (!options.answer.empty()) return app::print_result(options.answer), 0;
-  app::watch_signals();
+  if (!options["info"]) app::watch_signals();
   const bool batch = options.has("batch");
   for (const char* name : {"scene", "out", "info"})
     if (batch && options.has(name))

@@ -121,11 +121,9 @@ std::string Row::wanted() const {
   if (names.empty() && range.empty()) return value.empty() ? "true or false" : value;
   std::ostringstream text;
   text.precision(10);
-  text << (value == "LIST"                        ? "a list of "
-           : value.find(',') != std::string::npos ? value + ", each "
-                                                  : "")
-       << (range.empty() && value != "LIST" ? "one of " : "") << CLI::detail::join(names, ", ")
-       << (names.empty() || range.empty() ? "" : " or ");
+  if (value.find(',') != std::string::npos) text << value << ", each ";
+  if (range.empty()) text << (value == "LIST" ? "a list of " : "one of ");
+  text << CLI::detail::join(names, ", ") << (names.empty() || range.empty() ? "" : " or ");
   if (!range.empty())
     text << (range.integer ? "an integer in " : "a number in ") << "[("[range.open] << range.least << ", "
          << range.most << "]";
