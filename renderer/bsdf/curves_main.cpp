@@ -36,7 +36,9 @@ std::string text(double x) {
 // In the plane of incidence; positive angles lie on the side opposite to the viewer's, so that the mirror
 // direction of a viewer at 45 degrees is +45.
 Vec3 light_at(double angle) {
-  return {static_cast<float>(-std::sin(angle * degrees)), 0, static_cast<float>(std::cos(angle * degrees))};
+  double sine, cosine;
+  math::sin_cos(angle * degrees, sine, cosine);
+  return {static_cast<float>(-sine), 0, static_cast<float>(cosine)};
 }
 Vec3 viewer_at(double angle) { return light_at(-angle); }
 
@@ -57,6 +59,14 @@ void distributions() {
     const Specular lobe = gtr_lobe(.1, gamma, {});
     curve("distribution/normalised/" + text(gamma), 0, 60, 240, [&](double a) { return d_at(lobe, a); });
   }
+  struct Shape {
+    const char* name;
+    double alpha;
+  };
+  for (const Shape& shape : {Shape{"red", .0625}, Shape{"green", .01}, Shape{"blue", .0025}})
+    for (const double gamma : {1., 2.})
+      curve("constant/" + text(gamma) + "/" + shape.name, 0, 0, 1,
+            [&](double) { return gtr_constant(shape.alpha, gamma); });
   // The green sphere of the report's figures, roughness .1.
   struct Setting {
     double gamma;
@@ -78,7 +88,8 @@ void fresnel() {
       const Specular lobe = prepare(model, {}, p, {}, {0, 0, 1}).specular;
       curve(
           std::string("fresnel/F/") + (model == Model::disney ? "schlick " : "dielectric ") + text(specular),
-          0, 90, 180, [&](double a) { return static_cast<double>(lobe.fresnel(std::cos(a * degrees)).x); });
+          0, 90, 180,
+          [&](double a) { return static_cast<double>(lobe.fresnel(static_cast<double>(light_at(a).z)).x); });
     }
   }
 }
@@ -101,51 +112,54 @@ void masking() {
   curve("masking/shader/coat", 0, 90, 180, [&](double a) { return g1(a, Clearcoat::alpha_g); });
 }
 
-// f cos of one lobe of Model::disney, red channel, seen from 45 degrees.
-double lobe_at(const Parameters& p, Model model, Lobe lobe, double angle) {
-  const Vec3 wo = viewer_at(45), wi = light_at(angle);
+// One lobe's f or f cos, red channel.
+double diffuse_at(const Parameters& p, Model model, double view, double angle) {
+  const Vec3 wo = viewer_at(view), wi = light_at(angle);
   const Bsdf b = prepare(model, {}, p, {}, wo);
   const HalfVector h(wo, wi);
-  switch (lobe) {
-    case Lobe::diffuse:
-      return static_cast<double>(b.diffuse.f_cos(wo.z, wi.z, h.cos_d).x + b.sheen.f_cos(wi.z, h.cos_d).x);
-    case Lobe::specular:
-      return static_cast<double>(b.specular.f_cos(wo, wi, h).x);
-    default:
-      return static_cast<double>(b.clearcoat.f_cos(wo, wi, h));
-  }
+  const Vec3 f_cos = b.diffuse.f_cos(wo.z, wi.z, h.cos_d) + b.sheen.f_cos(wi.z, h.cos_d);
+  return static_cast<double>(f_cos.x / wi.z);
+}
+double specular_at(const Parameters& p, double view, double angle) {
+  const Vec3 wo = viewer_at(view), wi = light_at(angle);
+  const Bsdf b = prepare(Model::disney, {}, p, {}, wo);
+  return static_cast<double>(b.specular.f_cos(wo, wi, HalfVector(wo, wi)).x);
+}
+double clearcoat_at(const Parameters& p, double view, double angle) {
+  const Vec3 wo = viewer_at(view), wi = light_at(angle);
+  return static_cast<double>(
+      prepare(Model::disney, {}, p, {}, wo).clearcoat.f_cos(wo, wi, HalfVector(wo, wi)));
 }
 
 void lobes() {
   Parameters white;
   white.base_color = Vec3(1);
-  const auto diffuse = [](const Parameters& p, Model model) {
-    return [p, model](double a) { return lobe_at(p, model, Lobe::diffuse, a); };
+  const auto diffuse = [](const std::string& name, const Parameters& p, Model model, double view) {
+    curve(name, -89.75, 89.75, 359, [&](double a) { return diffuse_at(p, model, view, a); });
   };
-  curve("lobes/diffuse/Lambert", -90, 90, 120, diffuse(white, Model::path));
+  diffuse("lobes/diffuse/Lambert", white, Model::path, 60);
   for (const float roughness : {0.f, .5f, 1.f}) {
     Parameters p = white;
     p.roughness = roughness;
-    curve("lobes/diffuse/" + text(static_cast<double>(roughness)), -90, 90, 120, diffuse(p, Model::disney));
+    diffuse("lobes/diffuse/" + text(static_cast<double>(roughness)), p, Model::disney, 60);
   }
   for (const float sheen : {.5f, 1.f}) {
     Parameters p;
     p.base_color = Vec3(0);
     p.sheen = sheen;
-    curve("lobes/sheen/" + text(static_cast<double>(sheen)), -90, 90, 360, diffuse(p, Model::disney));
+    diffuse("lobes/sheen/" + text(static_cast<double>(sheen)), p, Model::disney, 75);
   }
   for (const float roughness : {.2f, .4f, .7f, 1.f}) {
     Parameters p;
     p.roughness = roughness;
     curve("lobes/specular/" + text(static_cast<double>(roughness)), -90, 90, 720,
-          [&](double a) { return lobe_at(p, Model::disney, Lobe::specular, a); });
+          [&](double a) { return specular_at(p, 45, a); });
   }
   for (const double gloss : {0., .7, 1.}) {
     Parameters p;
     p.clearcoat = 1;
     p.clearcoat_roughness = static_cast<float>(std::sqrt(.1 + (.001 - .1) * gloss));
-    curve("lobes/clearcoat/" + text(gloss), -90, 90, 720,
-          [&](double a) { return lobe_at(p, Model::disney, Lobe::clearcoat, a); });
+    curve("lobes/clearcoat/" + text(gloss), -90, 90, 720, [&](double a) { return clearcoat_at(p, 45, a); });
   }
 }
 
@@ -186,18 +200,18 @@ void sampling() {
   for (const double gamma : {.5, 1., 2., 10.}) {
     const Specular lobe = gtr_lobe(.25, gamma, {});
     curve("sampling/density/" + text(gamma), 0, 90, 180, [&](double a) {
-      return lobe.normalised_constant / lobe.constant * d_at(lobe, a) * std::cos(a * degrees) * 2 * pi *
-             std::sin(a * degrees) * degrees;
+      double sine, cosine;
+      math::sin_cos(2 * a * degrees, sine, cosine);  // 2 sin cos
+      return d_at(lobe, a) * pi * sine * degrees;
     });
-    constexpr int bins = 45, draws = 1 << 16;
+    constexpr int bins = 90, draws = 1 << 16;
     int count[bins] = {};
     for (int i = 0; i < draws; ++i) {
       const Vec3 h = lobe.sample_half({0, 0, 1}, (static_cast<float>(i) + .5f) / draws, .25f);
-      ++count[std::min(bins - 1,
-                       static_cast<int>(std::atan2(std::hypot(h.x, h.y), h.z) / degrees * bins / 90))];
+      ++count[std::min(bins - 1, static_cast<int>(math::acos(static_cast<double>(h.z)) / degrees))];
     }
-    curve("sampling/histogram/" + text(gamma), 1, 89, bins - 1,
-          [&](double a) { return count[static_cast<int>(a / 2)] * (bins / 90.) / draws; });
+    curve("sampling/histogram/" + text(gamma), .5, 89.5, bins - 1,
+          [&](double a) { return count[static_cast<int>(a)] / static_cast<double>(draws); });
   }
 }
 
