@@ -51,7 +51,8 @@ Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const No
 // f_cos and pdf for a given wi; both zero unless wo.z > 0 and wi.z > 0. Dirac lobes contribute nothing.
 Value eval(const Bsdf& bsdf, const Vec3& wo, const Vec3& wi);
 
-// Draws wi: `u_lobe` chooses the lobe, (u, v) the direction; all in [0,1). nullopt: no reflection (the
+// Draws wi: `u_lobe` chooses the lobe, (u, v) the direction; all in [0,1). Unless is_delta, f_cos and pdf are
+// eval()'s of that wi, bit for bit. nullopt: no reflection (the
 // direction fell below the surface, or nothing reflects), which counts as a sample of weight zero.
 std::optional<Sample> sample(const Bsdf& bsdf, const Vec3& wo, float u_lobe, float u, float v);
 
