@@ -33,11 +33,20 @@ int next_pass(const integrator::Settings& settings, int done, double seconds) {
   return std::min({done, std::max(whole, settings.replicates), settings.spp - done});
 }
 
+// The picture's film and those of --layers lobes.
+int films_of(const Options& options) {
+  const std::vector<std::string> layers = options["layers"];
+  return 1 + (std::count(layers.begin(), layers.end(), "lobes") > 0
+                  ? static_cast<int>(integrator::part_names().size())
+                  : 0);
+}
+
 // Linux grants memory that is not there and later kills who uses it, so the film's is counted before.
-void check_memory(const integrator::Settings& r) {
+void check_memory(const Options& options) {
+  const integrator::Settings& r = options.render;
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
-  const double gigabytes = film_bytes * width * height * r.replicates / 1e9;
+  const double gigabytes = film_bytes * width * height * r.replicates * films_of(options) / 1e9;
   const double there =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e9;
   if (gigabytes > there)
@@ -101,10 +110,12 @@ Result run(Options& options, Stage& stage, Console& console) {
   const integrator::Settings& settings = options.render;
   if (const std::string warning = energy_warning(scene, settings); !warning.empty()) console.warn(warning);
 
-  check_memory(settings);
+  check_memory(options);
   const integrator::Renderer renderer(scene, settings);
   result.build_seconds = renderer.build_seconds();
   image::Film film = renderer.film();
+  std::vector<image::Film> parts;
+  for (int i = 0; i < films_of(options) - 1; ++i) parts.push_back(renderer.film());
 
   // Passes of samples until all are there or a signal says stop.
   const Clock::time_point render_start = Clock::now();
@@ -112,17 +123,20 @@ Result run(Options& options, Stage& stage, Console& console) {
   result.partial = stop_signal() != 0;
   while (result.samples < settings.spp && !result.partial) {
     const int first = result.samples, count = next_pass(settings, first, since(render_start));
-    result.partial = !renderer.render(film, first, count, [&](const integrator::Status& status) {
-      const double done = first + status.fraction * count;
-      console.progress(since(render_start), done / settings.spp, static_cast<int>(done), settings.spp,
-                       renderer.rays());
-      return stop_signal() == 0;
-    });
+    result.partial = !renderer.render(
+        film, first, count,
+        [&](const integrator::Status& status) {
+          const double done = first + status.fraction * count;
+          console.progress(since(render_start), done / settings.spp, static_cast<int>(done), settings.spp,
+                           renderer.rays());
+          return stop_signal() == 0;
+        },
+        parts);
     if (!result.partial) result.samples = first + count;
     if (options["save-progress"] && !result.partial && result.samples < settings.spp &&
         since(last_save) >= save_interval_seconds) {
       try {
-        write_picture(options, scene, renderer, film, result.samples, true);
+        write_picture(options, scene, renderer, film, parts, result.samples, true);
       } catch (const base::Error& error) {  // a disk may have room again at the end
         console.warn(error.what());
       }
@@ -134,7 +148,7 @@ Result run(Options& options, Stage& stage, Console& console) {
   result.rejected = film.rejected();
   if (result.partial && result.rays == 0)
     base::fail(result.out, ": stopped before the first sample; nothing was written");
-  write_picture(options, scene, renderer, film, result.samples, result.partial);
+  write_picture(options, scene, renderer, film, parts, result.samples, result.partial);
 
   result.seconds = since(start);
   result.ok = !result.partial;

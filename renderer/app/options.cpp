@@ -97,7 +97,7 @@ const std::vector<Row> table = {
     {light, "punctual-units", "NAME", "auto", any, {"auto", "watt", "candela"}, "what the file's lamps are given in"},
 
     {output, "out", "FILE", {}, any, {}, "the picture: .exr (layers, variance, provenance), .hdr, .png, .jpg"},
-    {output, "layers", "LIST", json::array(), any, {"albedo", "normal", "depth", "position", "replicates"}, ".exr: also these"},
+    {output, "layers", "LIST", json::array(), any, {"albedo", "normal", "depth", "position", "replicates", "lobes"}, ".exr: also these; lobes: direct and indirect light by lobe of the first surface"},
     {output, "exposure", "N", 0, number(-64, 64), {}, ".png, .jpg: brighter by this many stops"},
     {output, "gamma", "N", {}, number(.1, 10), {}, ".png, .jpg: display exponent (the sRGB curve)"},
     {output, "filmic", "", false, any, {}, ".png, .jpg: roll highlights off instead of cutting them"},

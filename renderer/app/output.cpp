@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using integrator::Shader;
 
 image::Exr to_exr(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
-                  const image::Film& film, int samples, bool partial) {
+                  const image::Film& film, std::span<const image::Film> parts, int samples, bool partial) {
   const integrator::Settings& r = options.render;
   image::Exr exr;
   exr.mean = film.mean_image();
@@ -42,6 +42,12 @@ image::Exr to_exr(const Options& options, const scene::Scene& scene, const integ
     for (int y = 0; y < film.height(); ++y)
       for (int x = 0; x < film.width(); ++x) replicate.at(x, y) = film.replicate_mean(x, y, k);
     exr.layers.push_back({"replicate" + std::to_string(k), "RGB", std::move(replicate)});
+  }
+
+  for (size_t i = 0; i < parts.size(); ++i) {
+    exr.layers.push_back({integrator::part_names()[i], "RGB", parts[i].mean_image()});
+    if (parts[i].replicates() > 1)
+      exr.layers.push_back({integrator::part_names()[i] + ".variance", "RGB", parts[i].variance_image()});
   }
 
   nlohmann::json decides = decisive(options);
@@ -96,11 +102,11 @@ void check_writable(const Options& options) {
 }
 
 void write_picture(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
-                   const image::Film& film, int samples, bool partial) {
+                   const image::Film& film, std::span<const image::Film> parts, int samples, bool partial) {
   const std::string out = options.text("out");
   naming("--out", [&] {
     if (image::lower_extension(out) == ".exr")
-      return image::write_exr(out, to_exr(options, scene, renderer, film, samples, partial));
+      return image::write_exr(out, to_exr(options, scene, renderer, film, parts, samples, partial));
     const float gamma = options.has("gamma") ? options["gamma"].get<float>() : 0;
     image::write_display(out, film.mean_image(), {options["exposure"], gamma, options["filmic"]});
   });

@@ -1,6 +1,8 @@
 // Pictures on disk: by extension, whole or not at all (written beside the target, then renamed).
 #pragma once
 
+#include <span>
+
 #include "app/options.h"
 #include "image/film.h"
 #include "integrator/render.h"
@@ -12,9 +14,10 @@ namespace app {
 // is read.
 void check_writable(const Options& options);
 
-// `samples` per pixel are in every pixel of the film; `partial`: more were asked for.
+// `samples` per pixel are in every pixel of the films; `partial`: more were asked for. `parts`: of --layers
+// lobes.
 void write_picture(const Options& options, const scene::Scene& scene, const integrator::Renderer& renderer,
-                   const image::Film& film, int samples, bool partial);
+                   const image::Film& film, std::span<const image::Film> parts, int samples, bool partial);
 
 // The map of --environment; fills options.environment_hash.
 scene::Environment read_environment(Options& options);

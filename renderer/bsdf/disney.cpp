@@ -203,6 +203,21 @@ Value eval(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
   return value;
 }
 
+std::array<Vec3, eval_lobe_count> eval_lobes(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
+  std::array<Vec3, eval_lobe_count> f{};
+  if (!(wo.z > 0 && wi.z > 0) || leaks(b, wi)) return f;
+  const HalfVector h(wo, wi);
+  if (!(h.length_squared > 0)) return f;
+  if (b.probability[0] > 0) {
+    f[0] = b.diffuse.f_cos(wo.z, wi.z, h.cos_d) * bump_terminator(b, wi);
+    f[1] = b.sheen.f_cos(wi.z, h.cos_d) * bump_terminator(b, wi);
+  }
+  if (!specular_sees(b, wi)) return f;
+  if (b.probability[1] > 0 && !b.specular.is_delta) f[2] = b.specular.f_cos(wo, wi, h);
+  if (b.probability[2] > 0 && !b.clearcoat.is_delta) f[3] = Vec3(b.clearcoat.f_cos(wo, wi, h));
+  return f;
+}
+
 std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u_lobe, float u, float v) {
   if (!(wo.z > 0)) return std::nullopt;
   int lobe = 0;

@@ -6,6 +6,7 @@
 // artist's, alpha its square.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "bsdf/clearcoat.h"
@@ -50,6 +51,10 @@ Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const No
 
 // f_cos and pdf for a given wi; both zero unless wo.z > 0 and wi.z > 0. Dirac lobes contribute nothing.
 Value eval(const Bsdf& bsdf, const Vec3& wo, const Vec3& wi);
+
+// The same f_cos lobe by lobe: diffuse, sheen, specular, clearcoat; their sum is eval's but for rounding.
+inline constexpr int eval_lobe_count = 4;
+std::array<Vec3, eval_lobe_count> eval_lobes(const Bsdf& bsdf, const Vec3& wo, const Vec3& wi);
 
 // Draws wi: `u_lobe` chooses the lobe, (u, v) the direction; all in [0,1). Unless is_delta, f_cos and pdf are
 // eval()'s of that wi, bit for bit. nullopt: no reflection (the

@@ -27,15 +27,16 @@ float power_heuristic(float pdf, float other) {
 // A ray's own random bits, by which surfaces that are partly transparent decide whether it passes.
 std::uint32_t key(const math::Sampler& sampler, std::uint32_t ray_number) { return sampler.bits(ray_number); }
 
-// Light that arrives directly from one sampled light, times the BRDF.
+// Light that arrives directly from one sampled light, from `wi` (shading frame), times the BRDF.
 Vec3 direct_light(const World& w, const surface::Point& p, const bsdf::Bsdf& bsdf, const Vec3& wo,
-                  const Vec4& u, std::uint32_t ray_key, std::uint64_t& rays) {
+                  const Vec4& u, std::uint32_t ray_key, std::uint64_t& rays, Vec3& wi) {
   // Everything is seen from the offset origin, the same point that the density of a BSDF sample is computed
   // from.
   const Vec3 from = surface::origin(p, p.geometric_normal);
   const auto light = w.lights.sample(from, u.z, u.x, u.y);
   if (!light) return Vec3(0);
-  const bsdf::Value f = bsdf::eval(bsdf, wo, p.frame.to_local(light->wi));
+  wi = p.frame.to_local(light->wi);
+  const bsdf::Value f = bsdf::eval(bsdf, wo, wi);
   if (math::is_black(f.f_cos)) return Vec3(0);
 
   accel::Ray shadow{surface::origin(p, light->wi), light->wi};
@@ -49,13 +50,36 @@ Vec3 direct_light(const World& w, const surface::Point& p, const bsdf::Bsdf& bsd
   return f.f_cos * light->radiance * (weight / light->pdf);
 }
 
+// What each lobe contributes to f_cos, per channel, in [0,1].
+using Shares = std::array<Vec3, bsdf::eval_lobe_count>;
+Shares shares_of(const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec3& wi) {
+  Shares f = bsdf::eval_lobes(bsdf, wo, wi);
+  Vec3 sum(0);
+  for (const Vec3& lobe : f) sum += lobe;
+  for (Vec3& lobe : f)
+    for (int c = 0; c < 3; ++c) lobe[c] = sum[c] > 0 ? lobe[c] / sum[c] : 0;
+  return f;
+}
+
 }  // namespace
 
-Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays) {
+Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays,
+              Parts* parts) {
   Vec3 sum(0), throughput(1);
   float bsdf_pdf = 0;    // density of the direction the ray was drawn with
   bool only_way = true;  // no light sample could have found what this ray finds: camera rays, mirrors
   std::uint32_t ray_number = 0;
+  Shares shares{};  // of the first surface's lobes in the throughput; kept for `parts` only
+  if (parts) parts->fill(Vec3(0));
+  const auto add = [&](const Vec3& light, const Shares& lobes, bool indirect) {
+    sum += light;
+    if (!parts) return;
+    for (size_t i = 0; i < lobes.size(); ++i) (*parts)[1 + 2 * i + (indirect ? 1 : 0)] += light * lobes[i];
+  };
+  const auto add_found = [&](const Vec3& light, int bounce) {
+    add(light, shares, bounce > 1);
+    if (parts && bounce == 0) (*parts)[0] += light;
+  };
 
   for (int bounce = 0;; ++bounce) {
     // Find the next surface.
@@ -71,7 +95,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
           weight = w.light_sampling_only
                        ? 0
                        : power_heuristic(bsdf_pdf, w.lights.pdf_environment(ray.origin, ray.direction));
-        if (weight > 0) sum += throughput * w.lights.environment(ray.direction) * weight;
+        if (weight > 0) add_found(throughput * w.lights.environment(ray.direction) * weight, bounce);
       }
       break;
     }
@@ -82,7 +106,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
         const float light_pdf = w.lights.pdf(ray.origin, p);
         weight = w.light_sampling_only ? (light_pdf > 0 ? 0.f : 1.f) : power_heuristic(bsdf_pdf, light_pdf);
       }
-      sum += throughput * p.emission * weight;
+      add_found(throughput * p.emission * weight, bounce);
     }
     if (bounce == w.depth) break;
 
@@ -92,9 +116,12 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     const std::uint32_t group = first_bounce_group + groups_per_bounce * static_cast<std::uint32_t>(bounce);
 
     // Add direct light from one light sample.
-    if (!bsdf.only_delta && !w.lights.empty())
-      sum +=
-          throughput * direct_light(w, p, bsdf, wo, sampler.get(group + 1), key(sampler, ray_number), rays);
+    if (!bsdf.only_delta && !w.lights.empty()) {
+      Vec3 wi(0);
+      const Vec3 light = throughput * direct_light(w, p, bsdf, wo, sampler.get(group + 1),
+                                                   key(sampler, ray_number), rays, wi);
+      add(light, parts && bounce == 0 ? shares_of(bsdf, wo, wi) : shares, bounce > 0);
+    }
     ++ray_number;
 
     // Continue in a direction drawn from the BRDF.
@@ -102,6 +129,12 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     const auto s = bsdf::sample(bsdf, wo, u.z, u.x, u.y);
     if (!s || math::is_black(s->f_cos)) break;
     throughput *= s->f_cos / s->pdf;
+    if (parts && bounce == 0) {
+      if (s->is_delta)
+        shares[s->lobe == bsdf::Lobe::specular ? 2 : 3] = Vec3(1);
+      else
+        shares = shares_of(bsdf, wo, s->wi);
+    }
     bsdf_pdf = s->pdf;
     only_way = s->is_delta;
     ray.direction = math::normalize(p.frame.to_world(s->wi));

@@ -1,6 +1,8 @@
 // The path tracer: radiance along one camera ray.
 #pragma once
 
+#include <array>
+
 #include "accel/accel.h"
 #include "bsdf/disney.h"
 #include "integrator/render.h"
@@ -22,8 +24,15 @@ struct World {
   bool light_sampling_only;  // path-nomis: no multiple importance sampling
 };
 
-// Radiance along `ray`. `rays` is increased by the rays traced.
-math::Vec3 radiance(const World& world, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays);
+// Radiance along a camera ray, taken apart by what the first surface did with the light: emission (of that
+// surface, or of the environment behind it all), then for each lobe of bsdf::eval_lobes what it reflects of
+// direct light and of light that was reflected before. The parts sum to the radiance.
+inline constexpr int part_count = 1 + 2 * bsdf::eval_lobe_count;
+using Parts = std::array<math::Vec3, part_count>;
+
+// Radiance along `ray`. `rays` is increased by the rays traced; `parts`, if asked for, is set.
+math::Vec3 radiance(const World& world, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays,
+                    Parts* parts = nullptr);
 
 // The simple shaders: eyelight, normal (-1..1), albedo, texcoord (u, v, 0), position; black where nothing is
 // hit.

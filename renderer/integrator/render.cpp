@@ -152,7 +152,7 @@ struct Renderer::Impl {
     return u;
   }
 
-  Vec3 sample(int x, int y, int s, std::uint64_t& traced) const {
+  Vec3 sample(int x, int y, int s, std::uint64_t& traced, Parts* parts) const {
     const auto kind =
         settings.sampler == SamplerKind::sobol ? math::Sampler::Kind::sobol : math::Sampler::Kind::random;
     const math::Sampler sampler(kind, settings.seed, x, y, s % settings.replicates,
@@ -161,7 +161,7 @@ struct Renderer::Impl {
     const accel::Ray ray =
         camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
     if (!traces_paths(settings.shader)) return shade(*world, settings.shader, ray, sampler, traced);
-    Vec3 radiance = integrator::radiance(*world, ray, sampler, traced);
+    Vec3 radiance = integrator::radiance(*world, ray, sampler, traced, parts);
     if (settings.clamp > 0) {
       const float length = math::length(radiance);
       if (length > settings.clamp) radiance *= settings.clamp / length;
@@ -217,14 +217,29 @@ image::Film Renderer::film() const {
           data ? image::Film::Holds::data : image::Film::Holds::radiance};
 }
 
-bool Renderer::render(image::Film& film, int first, int count, const Progress& progress) const {
+bool Renderer::render(image::Film& film, int first, int count, const Progress& progress,
+                      std::span<image::Film> parts) const {
   const Impl& m = *impl_;
+  if (!parts.empty() && (!traces_paths(m.settings.shader) || m.settings.clamp > 0))
+    base::fail("--layers lobes: wanted a path-tracing --shader and no --clamp, found another");
   return m.for_each_pixel(
       [&](int x, int y, std::uint64_t& traced) {
-        for (int s = first; s < first + count; ++s)
-          film.add(x, y, s % m.settings.replicates, m.sample(m.x0 + x, m.y0 + y, s, traced));
+        for (int s = first; s < first + count; ++s) {
+          Parts values;
+          const int replicate = s % m.settings.replicates;
+          film.add(x, y, replicate,
+                   m.sample(m.x0 + x, m.y0 + y, s, traced, parts.empty() ? nullptr : &values));
+          for (size_t i = 0; i < parts.size(); ++i) parts[i].add(x, y, replicate, values[i]);
+        }
       },
       progress, count);
+}
+
+std::span<const std::string> part_names() {
+  static const std::string names[part_count] = {
+      "emission",        "diffuse.direct",    "diffuse.indirect", "sheen.direct",      "sheen.indirect",
+      "specular.direct", "specular.indirect", "clearcoat.direct", "clearcoat.indirect"};
+  return names;
 }
 
 image::Image Renderer::first_hit(Shader shader, bool depth) const {

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "image/film.h"
@@ -61,6 +62,9 @@ struct Status {
 // the tiles under way.
 using Progress = std::function<bool(const Status&)>;
 
+// "emission", "diffuse.direct", "diffuse.indirect", "sheen.direct", ...: see integrator::Parts.
+std::span<const std::string> part_names();
+
 class Renderer {
  public:
   // Reduces the scene to what it uses, builds the acceleration structure and the light tables. Keeps a
@@ -75,7 +79,10 @@ class Renderer {
   // Adds samples [first, first + count) of every pixel to `film`; sample s belongs to replicate s %
   // replicates. False if stopped by `progress`: the film then holds whole tiles of this call only where they
   // were finished.
-  bool render(image::Film& film, int first, int count, const Progress& progress = {}) const;
+  // `parts`, if not empty, takes the radiance apart by the first surface's lobes (part_names() films from
+  // film()); path-tracing shaders without clamp only.
+  bool render(image::Film& film, int first, int count, const Progress& progress = {},
+              std::span<image::Film> parts = {}) const;
 
   // Noise-free layer of the first hit through each pixel centre: shader is one of normal, albedo, position (3
   // channels) or, with `depth` true, the distance along the ray (all three channels alike; 0 where nothing is
