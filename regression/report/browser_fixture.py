@@ -91,6 +91,7 @@ def small_suite(folder):
         "biased": True, "smallest_p": 1e-9, "image": difference(1e-9), "tile_columns": 3, "tile_rows": 2,
         "tiles": [{"x": x, "y": y, "width": w, "height": h, "t": t, "relative": .08, "low": .07, "high": .09,
                    "significant": t is not None and t > 9} for x, y, w, h, t in TILES]}
+    bright["golden"]["wrong_pixels"] = [{"x": 2, "y": 3, "reference": 1, "test": 20000, "sigmas": 99}]
     blender = build.picture("reference/bright.exr", golden * 1.05, variance=variance)
     bright["witnesses"] = [{"label": "blender", "kind": "blender", "quantity": "", "verdict": "DIFFERS", "passed": False,
                             "expect": "agrees", "reason": "bias +5 %", "said_by": "Blender 3.4.1", "margin": .005,

@@ -323,6 +323,12 @@ class ReportTest(unittest.TestCase):
         self.page.mouse("Moved", *on(10, 10))
         self.assertEqual(where(), "pixel 10, 10", "clicked again it is free")
 
+    def test_a_wrong_pixel_is_shown_by_its_button(self):
+        self.page.click("#case-bright .pixel")
+        self.page.wait("viewer.open && here_is('pixel 2, 3 · pinned')".replace("here_is", "(t => document.querySelector('#v-where').textContent === t)"))
+        self.assertEqual(self.inspector()["ours"][0], "20000")
+        self.assertGreaterEqual(float(self.js("viewer.dataset.zoom")), 16)
+
     def test_maps_differences_and_tiles_have_their_colours(self):
         self.enlarge("bright", "difference")
         button = "document.querySelector(\"#case-bright .shot[data-name=difference]\")"

@@ -100,6 +100,26 @@ std::string body_html(const std::string& figures, const std::string& numbers) {
          (numbers.empty() ? "" : "<div class=\"numbers\">\n" + numbers + "</div>\n") + "</div>\n";
 }
 
+// The worst pixels that no noise explains, each a button that shows it.
+std::string wrong_pixels_html(const Json& pixels) {
+  if (!pixels.is_array() || pixels.empty()) return "";
+  constexpr std::size_t most = 8;
+  std::string out = "<p class=\"wrong\">Wrong pixels: ";
+  for (std::size_t i = 0; i < std::min(most, pixels.size()); ++i) {
+    const auto x = number(pixels[i], "x"), y = number(pixels[i], "y"), sigmas = number(pixels[i], "sigmas");
+    if (!x || !y) continue;
+    const std::string place = number_text(x, 6) + ", " + number_text(y, 6);
+    out += "<button type=\"button\" class=\"pixel\"" + attribute("data-x", number_text(x, 6)) +
+           attribute("data-y", number_text(y, 6)) + attribute("aria-label", "show pixel " + place) + ">" +
+           place + "</button> " + number_text(number(pixels[i], "test")) + " instead of " +
+           number_text(number(pixels[i], "reference")) +
+           (sigmas ? ", " + number_text(sigmas) + " σ" : ", where nothing varies") + " · ";
+  }
+  out.resize(out.size() - std::string(" · ").size());
+  if (pixels.size() > most) out += " · and " + std::to_string(pixels.size() - most) + " more";
+  return out + "</p>\n";
+}
+
 std::string golden_html(const CaseResult& result, Gallery& gallery) {
   const Json& golden = entry(result.json, "golden");
   const Json& test = entry(golden, entry(golden, "welch").is_object() ? "welch" : "paired");
@@ -108,7 +128,7 @@ std::string golden_html(const CaseResult& result, Gallery& gallery) {
   numbers += bias_html(entry(test, "image"), number(entry(result.json, "margins"), "image").value_or(.005));
   std::string facts;
   if (const auto seen = number(golden, "detectable"); seen && *seen > 0)
-    facts += "smallest bias of the mean it would find 9 times in 10: " + percent_text(seen);
+    facts += "smallest bias of the mean it would find 99 times in 100: " + percent_text(seen);
   if (const auto looks = number(golden, "looks"); looks && *looks > 0)
     facts += (facts.empty() ? "" : " · ") + std::string("fresh seeds judged: ") + number_text(looks);
   if (const Json& noise = entry(golden, "noise"); noise.is_object())
@@ -117,6 +137,7 @@ std::string golden_html(const CaseResult& result, Gallery& gallery) {
              number_text(number(noise, "high")) + "]";
   return comparison_html("Golden", badge(result.verdict(), fine),
                          reason_html(text(result.json, "reason"), fine) +
+                             wrong_pixels_html(entry(golden, "wrong_pixels")) +
                              body_html(gallery.golden_html(), numbers) +
                              (facts.empty() ? "" : "<p class=\"facts\">" + escape(facts) + "</p>\n"));
 }

@@ -100,7 +100,8 @@ std::string histograms_html(const RunResults& results) {
   for (const CaseResult& c : results.cases) {
     const Json& golden = entry(c.json, "golden");
     const Json& test = entry(golden, entry(golden, "welch").is_object() ? "welch" : "paired");
-    if (const auto p = number(test, "smallest_p")) goldens.push_back({*p, c.name, false});
+    if (const auto p = number(entry(entry(test, "image"), "luminance"), "p"))
+      goldens.push_back({*p, c.name, false});
     for (const Json& w : entry(c.json, "witnesses"))
       if (const auto p = number(entry(entry(w, "image"), "luminance"), "p"))
         witnesses.push_back({*p, c.name + " / " + kind_name(w), text(w, "expect") == "differs"});

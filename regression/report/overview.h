@@ -18,7 +18,8 @@ std::string filters_html(const RunResults& results);
 // Every comparison with another renderer or a closed form in one table.
 std::string witnesses_html(const std::vector<WitnessRow>& rows);
 
-// The p-values of all comparisons of pictures that are not the same bits, in twenty bins. Where only noise is
+// The p-values of the image's luminance, of all comparisons of pictures that are not the same bits, in twenty
+// bins: the whole picture's, because a comparison's smallest p is a bound and lies high. Where only noise is
 // left they are uniform.
 std::string histograms_html(const RunResults& results);
 

@@ -234,7 +234,7 @@ TEST_F(Report, counts_p_values_in_twenty_bins) {
   std::vector<Json> results;
   for (const double p : {0., .01, .52, .53, .999, 1.}) {
     Json r = result("g" + std::to_string(results.size()), "EQUIVALENT", true);
-    r["golden"]["welch"] = {{"smallest_p", p}};
+    r["golden"]["welch"] = {{"image", {{"luminance", {{"p", p}}}}}};
     results.push_back(r);
   }
   results[0]["witnesses"] = {{{"kind", "blender"}, {"image", {{"luminance", {{"p", .3}}}}}}};
@@ -245,6 +245,20 @@ TEST_F(Report, counts_p_values_in_twenty_bins) {
   for (const char* part : {"<title>p 0 to 0.05: g0, g1<", "<title>p 0.5 to 0.55: g2, g3<",
                            "<title>p 0.95 to 1: g4, g5<", "<title>p 0.3 to 0.35: g0 / Blender<"})
     EXPECT_TRUE(contains(html, part)) << part;
+}
+
+TEST_F(Report, names_the_worst_wrong_pixels) {
+  Json r = result("box", "CHANGED", false);
+  for (int i = 0; i < 20; ++i)
+    r["golden"]["wrong_pixels"].push_back(
+        {{"x", 10 + i}, {"y", 3}, {"reference", .5}, {"test", 2}, {"sigmas", i ? Json(40 - i) : Json()}});
+  save({r});
+  const std::string html = page(build());
+  for (const char* part :
+       {"data-x=\"10\" data-y=\"3\" aria-label=\"show pixel 10, 3\">10, 3</button> 2 instead of 0.5, where",
+        "11, 3</button> 2 instead of 0.5, 39 σ", "and 12 more</p>"})
+    EXPECT_TRUE(contains(html, part)) << part;
+  EXPECT_EQ(count(html, "class=\"pixel\""), 8u);
 }
 
 TEST_F(Report, offers_one_command_for_all_that_is_pending) {

@@ -308,8 +308,17 @@ viewer.addEventListener('close', () => {  // back to the picture that was looked
   of_case.open = true;
   shots[current].button.focus();
 });
-for (const c of cases)
+for (const c of cases) {
+  for (const button of $$('.pixel', c)) button.addEventListener('click', async () => {
+    await show_case(c);
+    const x = Number(button.dataset.x), y = Number(button.dataset.y);
+    if (!viewer.open) return;
+    pinned = true;
+    look_at(x, y);
+    zoom_to(16);
+  });
   shots_of.get(c).forEach((shot, i) => shot.button.addEventListener('click', () => show_case(c, i)));
+}
 
 filter();
 open_linked();
