@@ -87,9 +87,9 @@ std::string reason_html(const std::string& reason, bool passed) {
 }
 
 std::string comparison_html(const std::string& title, const std::string& badge_html,
-                            const std::string& inner_html) {
-  return "<section class=\"comparison\"><h3>" + escape(title) + " " + badge_html + "</h3>\n" + inner_html +
-         "</section>\n";
+                            const std::string& inner_html, bool expected = false) {
+  return std::string("<section class=\"comparison") + (expected ? " expected" : "") + "\"><h3>" +
+         escape(title) + " " + badge_html + "</h3>\n" + inner_html + "</section>\n";
 }
 
 // Pictures, and the numbers beside them where there is room.
@@ -146,7 +146,8 @@ std::string witness_html(const Json& witness, const Gallery::Witness& pictures) 
   std::string said = text(witness, "said_by");
   if (const auto margin = number(witness, "margin"))
     said += (said.empty() ? "margin " : " · margin ") + percent_text(margin);
-  if (const std::string because = text(witness, "because"); !because.empty())
+  const std::string because = text(witness, "because");
+  if (!because.empty() && text(witness, "reason").find(because) == std::string::npos)
     said += " · expected to differ: " + because;
   return comparison_html(
       kind_name(witness), badge(text(witness, "verdict"), flag(witness, "passed"), "", as_expected(witness)),
@@ -155,7 +156,8 @@ std::string witness_html(const Json& witness, const Gallery::Witness& pictures) 
           body_html(pictures.html,
                     measures_html(entry(witness, "measures")) +
                         bias_html(entry(witness, "image"), number(witness, "margin").value_or(.005))) +
-          (said.empty() ? "" : "<p class=\"facts\">" + escape(said) + "</p>\n"));
+          (said.empty() ? "" : "<p class=\"facts\">" + escape(said) + "</p>\n"),
+      as_expected(witness));
 }
 
 // Closed forms come in numbers: one line each, the details of those that agree folded away.

@@ -42,7 +42,12 @@ std::string attribute(const std::string& name, std::string_view value) {
 std::string number_text(const std::optional<double>& value, int digits) {
   if (!value) return "not finite";
   char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, *value);
+  const double size = std::fabs(*value);
+  // No exponent where the number can be read without.
+  if (size >= std::pow(10., digits) && size < 1e7)
+    std::snprintf(text, sizeof text, "%.0f", *value);
+  else
+    std::snprintf(text, sizeof text, "%.*g", digits, *value);
   return text[0] == '-' ? "−" + std::string(text + 1) : text;
 }
 

@@ -47,10 +47,11 @@ for (const input of $$('.exposure input')) input.addEventListener('input', () =>
 
 const chosen = new Map();  // group to word: one of each group, and all of them must fit
 const words_of = new Map(cases.map(c => [c, new Set(c.dataset.words.split('|'))]));
-const text_of = new Map(cases.map(c => [c, (c.dataset.name + ' ' + $$('.why, .facts, .badges, .reason', c).map(e => e.textContent).join(' ')).toLowerCase()]));
+const plain = text => text.toLowerCase().replaceAll('-', '');  // so that povray finds POV-Ray
+const text_of = new Map(cases.map(c => [c, plain(c.dataset.name + ' ' + $$('.why, .facts, .badges, .reason', c).map(e => e.textContent).join(' '))]));
 
 function filter() {
-  const wanted = $('#search').value.trim().toLowerCase().split(/\s+/);
+  const wanted = plain($('#search').value.trim()).split(/\s+/);
   const found = cases.filter(c => wanted.every(w => text_of.get(c).includes(w)));
   const fits = (c, choice) => [...choice.values()].every(w => words_of.get(c).has(w));
   let shown = 0;
@@ -99,6 +100,9 @@ for (const button of $$('.copy')) button.addEventListener('click', async () => {
 });
 
 // ---- Moving about --------------------------------------------------------------------------------------------------
+
+// What is scrolled to must not lie below the filters.
+new ResizeObserver(() => document.documentElement.style.setProperty('--bar', $('.filters').offsetHeight + 'px')).observe($('.filters'));
 
 const visible = () => cases.filter(c => !c.hidden);
 

@@ -208,13 +208,13 @@ std::string witnesses_html(const std::vector<WitnessRow>& rows) {
                    : "<span class=\"soft\">&lt; " + share(3.5 * row.parts->model_error) + "</span>");
     else
       body += "<td><td>–<td>–";
-    // FLIP, or what else has a limit where there is no FLIP.
+    // FLIP, or the last that has a limit where there is no FLIP.
     std::string flip = "<td>–";
     for (const Json& m : entry(w, "measures")) {
       const std::string name = text(m, "name");
       if (!entry(m, "limit").is_number() || name.rfind("bias", 0) == 0) continue;
-      flip = "<td>" + number_text(number(m, "value")) + " <small>/ " + number_text(number(m, "limit")) +
-             (name == "flip" ? "" : " " + escape(name)) + "</small>";
+      flip = "<td" + attribute("title", name) + ">" + number_text(number(m, "value")) + " <small>/ " +
+             number_text(number(m, "limit")) + "</small>";
       if (name == "flip") break;
     }
     body += flip + "</tr>\n";
@@ -229,8 +229,7 @@ std::string witnesses_html(const std::vector<WitnessRow>& rows) {
          "class=\"bias\">bias</b>; "
          "“&lt;” where noise hides it. In percent of the witness's mean.</p>\n<div class=\"scroll\"><table "
          "class=\"measures\"><thead><tr><th>case<th>compared with<th>verdict<th>bias<th>99 "
-         "%<th>margin<th>what the "
-         "difference is<th>noise<th>model<th>FLIP or error / limit</tr></thead><tbody>\n" +
+         "%<th>margin<th>difference<th>noise<th>model<th>FLIP or error / limit</tr></thead><tbody>\n" +
          body + "</tbody></table></div></details>\n";
 }
 
