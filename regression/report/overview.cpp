@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "report/html.h"
@@ -58,7 +59,11 @@ std::string histogram_html(const std::string& title, const std::vector<PValue>& 
   for (const auto& bin : names)
     tallest = std::max(tallest, static_cast<double>(bin[0].size() + bin[1].size()));
   constexpr double width = 12, height = 56;
-  const auto n = [](double v) { return number_text(v, 5); };
+  const auto n = [](double v) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.5g", std::max(0., v));
+    return std::string(buffer);
+  };
   std::string bars;
   for (int b = 0; b < bins; ++b) {
     double top = height;
@@ -208,14 +213,18 @@ std::string witnesses_html(const std::vector<WitnessRow>& rows) {
                    : "<span class=\"soft\">&lt; " + share(3.5 * row.parts->model_error) + "</span>");
     else
       body += "<td><td>–<td>–";
-    // FLIP, or the last that has a limit where there is no FLIP.
+    // FLIP, or where there is none the measure that comes nearest to its limit.
     std::string flip = "<td>–";
+    double nearest = -1;
     for (const Json& m : entry(w, "measures")) {
       const std::string name = text(m, "name");
-      if (!entry(m, "limit").is_number() || name.rfind("bias", 0) == 0) continue;
-      flip = "<td" + attribute("title", name) + ">" + number_text(number(m, "value")) + " <small>/ " +
-             number_text(number(m, "limit")) + "</small>";
-      if (name == "flip") break;
+      const auto value = number(m, "value"), limit = number(m, "limit");
+      if (!limit || name.rfind("bias", 0) == 0) continue;
+      const double share = name == "flip" ? INFINITY : value.value_or(INFINITY) / *limit;
+      if (!(share > nearest)) continue;
+      nearest = share;
+      flip = "<td" + attribute("title", name) + ">" + number_text(value) + " <small>/ " + number_text(limit) +
+             "</small>";
     }
     body += flip + "</tr>\n";
   }

@@ -232,19 +232,28 @@ TEST_F(Report, of_a_run_that_did_not_finish_says_so) {
 
 TEST_F(Report, counts_p_values_in_twenty_bins) {
   std::vector<Json> results;
-  for (const double p : {0., .01, .52, .53, .999, 1.}) {
+  for (const double p : {0., .01, .02, .03, .04, .041, .52, .53, .999, 1.}) {
     Json r = result("g" + std::to_string(results.size()), "EQUIVALENT", true);
     r["golden"]["welch"] = {{"image", {{"luminance", {{"p", p}}}}}};
     results.push_back(r);
   }
-  results[0]["witnesses"] = {{{"kind", "blender"}, {"image", {{"luminance", {{"p", .3}}}}}}};
+  const auto witness = [](double p, bool expected) {
+    return Json{{"kind", "blender"},
+                {"expect", expected ? "differs" : "agrees"},
+                {"image", {{"luminance", {{"p", p}}}}}};
+  };
+  // 2 and 1 in the first bin: in floating point the two bars are higher than the plot.
+  results[0]["witnesses"] = {witness(.3, false)};
+  for (int i = 1; i < 4; ++i) results[i]["witnesses"] = {witness(.001, i == 1)};
   save(results);
   const std::string html = page(build());
-  EXPECT_TRUE(contains(html, "Goldens: 6 p-values"));
-  EXPECT_TRUE(contains(html, "Witnesses: 1 p-value<"));
-  for (const char* part : {"<title>p 0 to 0.05: g0, g1<", "<title>p 0.5 to 0.55: g2, g3<",
-                           "<title>p 0.95 to 1: g4, g5<", "<title>p 0.3 to 0.35: g0 / Blender<"})
+  EXPECT_TRUE(contains(html, "Goldens: 10 p-values"));
+  EXPECT_TRUE(contains(html, "Witnesses: 4 p-values<"));
+  for (const char* part : {"<title>p 0 to 0.05: g0, g1, g2, g3, g4, g5<", "<title>p 0.5 to 0.55: g6, g7<",
+                           "<title>p 0.95 to 1: g8, g9<", "<title>p 0.3 to 0.35: g0 / Blender<"})
     EXPECT_TRUE(contains(html, part)) << part;
+  EXPECT_FALSE(contains(html, "=\"−")) << "a minus sign is for people, not for coordinates";
+  EXPECT_FALSE(contains(html, "y=\"-"));
 }
 
 TEST_F(Report, names_the_worst_wrong_pixels) {
