@@ -13,10 +13,13 @@
 #include "app/audit.h"
 #include "app/calibrate.h"
 #include "app/compare.h"
+#include "app/new_case.h"
 #include "app/results.h"
 #include "app/run.h"
 #include "base/error.h"
+#include "image/io.h"
 #include "report/report.h"
+#include "report/summaries.h"
 #include "suite/schema.h"
 
 namespace app {
@@ -30,6 +33,9 @@ constexpr const char* description =
   assay report                     write the page about the last run again: build/report/index.html
   assay review                     what is pending, with numbers
   assay accept cornell --because "Box moved by 1 cm, see #12"
+  assay undo                       take the last accept back
+  assay new-case box --scene regression/scenes/box.glb --why "Notices a lost bounce."
+  assay report --junit junit.xml --markdown summary.md
   assay compare a.exr b.exr --flip-map map.exr
   assay calibrate --all            measure noise floors, write limits into the cases
   assay audit                      check what is stored, without rendering
@@ -87,7 +93,8 @@ const CLI::Validator exr_in_a_folder(
     },
     "");
 
-suite::RendererCommand renderer_of(const suite::Layout& layout, const std::optional<std::string>& given, int threads) {
+suite::RendererCommand renderer_of(const suite::Layout& layout, const std::optional<std::string>& given,
+                                   int threads) {
   const std::string command = given.value_or("");
   if (given && command.empty()) base::fail("--renderer: wanted a command, found nothing");
   suite::RendererCommand renderer = command.empty() ? suite::RendererCommand::ours(layout.build)
@@ -182,9 +189,36 @@ int review_command(const Common& common) {
   return 0;
 }
 
-int report_command(const Common& common, const std::string& file) {
-  const std::string build = common.build.empty() ? common.layout().build : common.build;
-  std::cout << report::write(build, file) << "\n";
+struct ReportArguments {
+  Common common;
+  std::string file, junit, markdown;
+  std::vector<std::string> shards;
+  bool annotations = false;
+};
+
+// Standard output for "-": where a pipe is wanted.
+void write_text(const std::string& file, const std::string& text) {
+  if (file == "-")
+    std::cout << text << std::flush;
+  else if (!file.empty())
+    image::write_file(file, text.data(), text.size());
+}
+
+int report_command(const ReportArguments& a) {
+  const std::string build = a.common.build.empty() ? a.common.layout().build : a.common.build;
+  if (!a.shards.empty()) report::merge(build, a.common.layout().root, a.shards);
+  write_text(a.junit, report::junit(build));
+  write_text(a.markdown, report::markdown(build));
+  if (a.annotations) std::cout << report::annotations(build);
+  const bool piped = a.junit == "-" || a.markdown == "-" || a.annotations;
+  const std::string page = report::write(build, a.file);
+  if (!piped) std::cout << page << "\n";
+  return 0;
+}
+
+int undo_command(const Common& common) {
+  for (const std::string& name : golden::undo(common.layout()))
+    std::cout << name << ": the golden is what it was, the accepted picture is pending again\n";
   return 0;
 }
 
@@ -269,11 +303,12 @@ int dispatch(const std::vector<std::string>& arguments) {
   compare_app->add_option("--max-rmse", compare_options.max_rmse, "Exit 0 up to this RMSE")
       ->check(between(0, 1e6));
   compare_app->footer(
-      "Exit 0: the same pixels, or inside the limits given; 1: different or not finite; 2: could not compare. Example: assay compare a.exr b.exr --max-flip "
+      "Exit 0: the same pixels, or inside the limits given; 1: different or not finite; 2: could not "
+      "compare. Example: assay compare a.exr b.exr --max-flip "
       "0.02");
   compare_app->callback([&] { code = compare(compare_options); });
 
-  Common accept_common, reject_common, review_common, report_common, audit_common;
+  Common accept_common, reject_common, review_common, undo_common, new_common, audit_common;
   std::vector<std::string> accept_names, reject_names;
   std::string because;
   CLI::App* accept = app.add_subcommand("accept", "Make pending pictures the goldens of their cases");
@@ -292,12 +327,49 @@ int dispatch(const std::vector<std::string>& arguments) {
   add_common(review, review_common);
   review->callback([&] { code = review_command(review_common); });
 
-  std::string report_file;
-  CLI::App* report_app = app.add_subcommand("report", "Write the HTML report about the last run again");
-  add_common(report_app, report_common);
-  report_app->add_option("-o,--out", report_file, "Default: report/index.html in the build folder")
+  CLI::App* undo = app.add_subcommand("undo", "Take the last accept back");
+  add_common(undo, undo_common);
+  undo->callback([&] { code = undo_command(undo_common); });
+
+  NewCase new_options;
+  CLI::App* new_app = app.add_subcommand("new-case", "Write the file of a new case");
+  add_common(new_app, new_common);
+  new_app->add_option("name", new_options.name, "Its name: a-z, 0-9, _")->required();
+  new_app->add_option("--scene", new_options.scene, "A file in the suite's scenes/")
+      ->required()
       ->type_name("FILE");
-  report_app->callback([&] { code = report_command(report_common, report_file); });
+  new_app->add_option("--why", new_options.why, "One sentence: what this case alone would notice")
+      ->required();
+  new_app->add_option("--shader", new_options.shader, "Default disney");
+  new_app->add_option("--width", new_options.width, "Default 64")->check(CLI::Range(1, 4096));
+  new_app->add_option("--height", new_options.height, "Default 64")->check(CLI::Range(1, 4096));
+  new_app
+      ->add_option("--spp", new_options.spp, "Default 256; calibrate --set-spp chooses them by measurement")
+      ->check(CLI::Range(8, 1048576));
+  new_app->add_option("--depth", new_options.depth, "Scattering events; default 4")
+      ->check(CLI::Range(0, 1000));
+  new_app->callback([&] { new_case(new_common.layout(), new_options), code = 0; });
+
+  ReportArguments report_arguments;
+  CLI::App* report_app =
+      app.add_subcommand("report", "Write the HTML report about the last run again, and summaries");
+  add_common(report_app, report_arguments.common);
+  report_app->add_option("-o,--out", report_arguments.file, "Default: report/index.html in the build folder")
+      ->type_name("FILE");
+  report_app->add_option("--junit", report_arguments.junit, "Also JUnit XML; - is standard output")
+      ->type_name("FILE");
+  report_app
+      ->add_option("--markdown", report_arguments.markdown,
+                   "Also a summary for a pull request; - is standard output")
+      ->type_name("FILE");
+  report_app->add_flag("--annotations", report_arguments.annotations,
+                       "Also GitHub's ::error lines on standard output");
+  report_app
+      ->add_option("--merge", report_arguments.shards,
+                   "First gather the results of these build folders (shards of a run) in the build folder")
+      ->type_name("DIR");
+  report_app->footer("Example: assay report --merge shard0 shard1 --build build --junit build/junit.xml");
+  report_app->callback([&] { code = report_command(report_arguments); });
 
   CLI::App* audit_app = app.add_subcommand("audit", "Check goldens and stored witnesses without rendering");
   add_common(audit_app, audit_common);

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
@@ -89,6 +90,22 @@ std::string log_entry(const std::vector<suite::Case>& cases, const std::vector<i
   return entry.str();
 }
 
+constexpr const char* undo_list = "undo.json";
+fs::path undo_folder(const suite::Layout& layout) { return fs::path(layout.build) / "undo"; }
+std::string log_of(const suite::Layout& layout) { return layout.root + "/goldens/LOG.md"; }
+
+std::string read_text(const std::string& file) {
+  std::ostringstream text;
+  if (std::ifstream stream(file, std::ios::binary); stream) text << stream.rdbuf();
+  return text.str();
+}
+
+void refuse_on_ci(const char* command) {
+  if (const char* ci = std::getenv("CI"); ci && *ci)
+    base::fail(command, ": wanted a person, found CI=", ci,
+               " in the environment: goldens are not written there");
+}
+
 }  // namespace
 
 suite::Golden read(const std::string& file) {
@@ -146,9 +163,7 @@ std::string refusal(const suite::Layout& layout, const suite::Case& c) {
 }
 
 void accept(const suite::Layout& layout, const std::vector<suite::Case>& cases, const std::string& because) {
-  if (const char* ci = std::getenv("CI"); ci && *ci)
-    base::fail("accept: wanted a person, found CI=", ci,
-               " in the environment: goldens are not written there");
+  refuse_on_ci("accept");
   if (blank(because)) base::fail("accept: --because: wanted the reason for the new picture, found nothing");
 
   // First look at all of them: one that may not be accepted leaves everything as it was.
@@ -157,6 +172,21 @@ void accept(const suite::Layout& layout, const std::vector<suite::Case>& cases, 
     if (const std::string why = refusal(layout, c); !why.empty()) base::fail("accept: ", c.name, ": ", why);
     renders.push_back(image::read_render(layout.pending_file(c.name)));
   }
+  // Keep what is replaced, for undo().
+  const std::string log_file = log_of(layout);
+  const fs::path kept = undo_folder(layout);
+  fs::remove_all(kept);
+  fs::create_directories(kept);
+  nlohmann::json undo = {
+      {"cases", nlohmann::json::array()}, {"log", read_text(log_file)}, {"had_log", fs::exists(log_file)}};
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const std::string file = layout.golden_file(cases[i].name);
+    if (fs::exists(file)) fs::copy_file(file, kept / (cases[i].name + ".exr"));
+    undo["cases"].push_back(
+        {{"name", cases[i].name},
+         {"pixel_hash", image::header_string(renders[i].header, "assay:pixel_hash").value_or("")}});
+  }
+
   std::vector<image::Header> headers;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     renders[i].header["assay:because"] = because;
@@ -165,16 +195,57 @@ void accept(const suite::Layout& layout, const std::vector<suite::Case>& cases, 
     headers.push_back(renders[i].header);
   }
 
-  const std::string log_file = layout.root + "/goldens/LOG.md";
-  std::ifstream stream(log_file, std::ios::binary);
-  std::ostringstream log;
-  if (stream)
-    log << stream.rdbuf();
-  else
-    log << "# Goldens: when, why and which\n\nWritten by `assay accept`, newest last.\n";
-  log << log_entry(cases, headers, because);
-  image::write_file(log_file, log.str().data(), log.str().size());
+  std::string log = undo["log"];
+  if (log.empty()) log = "# Goldens: when, why and which\n\nWritten by `assay accept`, newest last.\n";
+  log += log_entry(cases, headers, because);
+  image::write_file(log_file, log.data(), log.size());
+  undo["log_after"] = log;
+  const std::string text = undo.dump();
+  image::write_file((kept / undo_list).string(), text.data(), text.size());
   for (const suite::Case& c : cases) fs::remove(layout.pending_file(c.name));
+}
+
+std::vector<std::string> undo(const suite::Layout& layout) {
+  refuse_on_ci("undo");
+  const fs::path kept = undo_folder(layout);
+  const std::string list_file = (kept / undo_list).string();
+  if (!fs::exists(list_file))
+    base::fail("undo: wanted an accept by this build folder, found none in ", kept.string());
+  const nlohmann::json list = nlohmann::json::parse(read_text(list_file), nullptr, false);
+  if (!list.is_object() || !list.contains("log_after"))
+    base::fail_in(list_file, "", "what accept wrote", "something else");
+
+  // Only what accept left may be replaced.
+  std::vector<std::string> names;
+  std::vector<image::Render> accepted;
+  for (const nlohmann::json& entry : list.at("cases")) {
+    names.push_back(entry.at("name"));
+    const std::string file = layout.golden_file(names.back());
+    accepted.push_back(image::read_render(file));
+    if (image::header_string(accepted.back().header, "assay:pixel_hash") !=
+        entry.at("pixel_hash").get<std::string>())
+      base::fail_in(file, "assay:pixel_hash", "the golden that was accepted last", "another");
+  }
+  if (read_text(log_of(layout)) != list.at("log_after").get<std::string>())
+    base::fail_in(log_of(layout), "", "the log as accept left it", "another");
+
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    accepted[i].header.erase("assay:because");
+    accepted[i].header.erase("assay:accepted");
+    image::write_exr(layout.pending_file(names[i]), accepted[i]);
+    const fs::path old = kept / (names[i] + ".exr");
+    if (fs::exists(old))
+      fs::rename(old, layout.golden_file(names[i]));
+    else
+      fs::remove(layout.golden_file(names[i]));
+  }
+  const std::string log = list.at("log");
+  if (list.at("had_log"))
+    image::write_file(log_of(layout), log.data(), log.size());
+  else
+    fs::remove(log_of(layout));
+  fs::remove_all(kept);
+  return names;
 }
 
 void reject(const suite::Layout& layout, const std::vector<std::string>& names) {
@@ -211,7 +282,8 @@ std::vector<std::string> orphans(const suite::Layout& layout) {
   }
   for (const char* kind : {"/blender", "/povray"})
     for (const std::string& picture : pictures(layout.reference + kind + "/renders")) {
-      if (picture.rfind("brdf_", 0) == 0) continue;  // lobes over a sphere, judged by reference/povray/brdf_test.cpp
+      if (picture.rfind("brdf_", 0) == 0)
+        continue;  // lobes over a sphere, judged by reference/povray/brdf_test.cpp
       const std::string file = layout.reference + kind + "/renders/" + picture + ".exr";
       if (!wanted.count(file)) lines.push_back(file + ": wanted a case with this witness, found none");
     }

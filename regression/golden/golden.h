@@ -32,6 +32,11 @@ std::string refusal(const suite::Layout& layout, const suite::Case& c);
 // Throws base::Error where CI is set, `because` says nothing, or one of them may not.
 void accept(const suite::Layout& layout, const std::vector<suite::Case>& cases, const std::string& because);
 
+// Takes the last accept of this build folder back: the goldens and the log are what they were, the pictures
+// are pending again. Returns the names. Throws base::Error where CI is set, there was none, or one of them
+// changed since.
+std::vector<std::string> undo(const suite::Layout& layout);
+
 // Deletes pending pictures. Throws base::Error for a case that has none.
 void reject(const suite::Layout& layout, const std::vector<std::string>& names);
 

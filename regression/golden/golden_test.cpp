@@ -141,6 +141,44 @@ TEST_F(Goldens, stay_as_they_are_when_the_new_picture_is_rejected) {
   EXPECT_THROW(reject(suite_.layout, {"a"}), base::Error);
 }
 
+TEST_F(Goldens, are_what_they_were_after_undo_and_the_picture_is_pending_again) {
+  const auto bytes = [&](const std::string& name) {
+    return suite::testing::read_text(suite_.layout.golden_file(name));
+  };
+  const std::string log_file = suite_.layout.root + "/goldens/LOG.md";
+  pend("a", render({}));
+  accept(suite_.layout, {read("a")}, "First");
+  const std::string golden = bytes("a"), log = suite::testing::read_text(log_file);
+  Recipe brighter;
+  brighter.factor = [](int, int) { return 2.; };
+  pend("a", render(brighter));
+  pend("b", render({}));
+  accept(suite_.layout, {read("a"), read("b")}, "Second");
+  EXPECT_NE(bytes("a"), golden);
+  ::setenv("CI", "true", 1);
+  EXPECT_NE(error_of([&] { undo(suite_.layout); }).find("CI=true"), std::string::npos);
+  ::unsetenv("CI");
+  EXPECT_EQ(undo(suite_.layout), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(bytes("a"), golden);
+  EXPECT_FALSE(exists("b"));
+  EXPECT_EQ(suite::testing::read_text(log_file), log);
+  EXPECT_EQ(pending_names(suite_.layout), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(refusal(suite_.layout, read("a")), "");
+  EXPECT_NE(error_of([&] { undo(suite_.layout); }).find("found none"), std::string::npos)
+      << "only the last one";
+}
+
+TEST_F(Goldens, are_left_alone_by_undo_once_they_changed_again) {
+  pend("a", render({}));
+  accept(suite_.layout, {read("a")}, "First");
+  image::Render newer = image::read_render(suite_.layout.golden_file("a"));
+  newer.header["assay:pixel_hash"] = std::string(64, '0');
+  image::write_exr(suite_.layout.golden_file("a"), newer);
+  EXPECT_NE(error_of([&] { undo(suite_.layout); }).find("the golden that was accepted last"),
+            std::string::npos);
+  EXPECT_TRUE(exists("a"));
+}
+
 TEST_F(Goldens, keep_their_exposures_when_the_same_picture_is_accepted_again) {
   Recipe dim, bright;
   bright.factor = [](int, int) { return 16.; };
