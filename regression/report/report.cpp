@@ -49,8 +49,9 @@ std::string page(const std::string& build, std::size_t most) {
   std::string out = page_with(results, build, most, true);
   // Too large: first the pictures that are the same bits everywhere give up their floats, then the last of
   // the rest. What gives them up still costs a PNG, about half of them.
-  for (std::size_t floats = most; out.size() > most && floats > 0;) {
+  for (std::size_t floats = most; out.size() > most;) {
     out = page_with(results, build, floats, false);
+    if (floats == 0) break;
     if (out.size() > most) floats -= std::min(floats, 3 * (out.size() - most));
   }
   return out;
