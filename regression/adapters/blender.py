@@ -58,6 +58,8 @@ def main():
     if a.replicates < 2 or a.spp % a.replicates:
         fail(f"--replicates: wanted 2 or more that divide {a.spp} samples, found {a.replicates}")
     blender = witness.Blender(os.environ.get("ASSAY_BLENDER", "blender"), a.threads or os.cpu_count())
+    # Debian's Blender takes the modules of the first python3 in PATH: with a virtual environment's it would find no numpy.
+    os.environ["PATH"] = "/usr/bin:" + os.environ.get("PATH", "")
     # Different seeds of ours have no seed of Cycles in common; those are 31 bits.
     seeds = [(a.seed * a.replicates + r) % 2 ** 31 for r in range(a.replicates)]
     with tempfile.TemporaryDirectory() as folder:

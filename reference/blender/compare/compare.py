@@ -271,6 +271,8 @@ def compare(arguments, progress):
     out = os.path.abspath(arguments.out or os.path.join(suite.ROOT, "build", "compare", name))
     os.makedirs(out, exist_ok=True)
     blender = witness.Blender(arguments.blender, arguments.threads)
+    # Debian's Blender takes the modules of the first python3 in PATH: with a virtual environment's it would find no numpy.
+    os.environ["PATH"] = "/usr/bin:" + os.environ.get("PATH", "")
     kind = Glb if arguments.scene.lower().endswith((".glb", ".gltf")) else Blend
     scene = kind(arguments, blender, out)
     progress(f"{arguments.scene}: reading it in {blender.name}")

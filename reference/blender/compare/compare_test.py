@@ -323,6 +323,8 @@ class BadInput(Folder):
 
 
 if __name__ == "__main__":
+    BLENDER = shutil.which(BLENDER) or BLENDER
+    os.environ["PATH"] = "/usr/bin:" + os.environ.get("PATH", "")  # see compare.py
     if shutil.which(BLENDER) is None or not os.access(os.path.join(BIN, "assay"), os.X_OK):
         print(f"no {BLENDER} found, or no assay in {BIN}")
         sys.exit(77)

@@ -221,7 +221,6 @@ def geometry():
     thing.data.materials.append(material("moss", Base_Color=(.2, .5, .1), Roughness=.8)[0])
     for polygon in thing.data.polygons:
         polygon.material_index = polygon.center.z > 0
-    thing.modifiers.new("finer", "SUBSURF").render_levels = 1
     group = bpy.data.collections.new("group")
     bpy.ops.mesh.primitive_monkey_add(size=.9, location=(0, 0, .7))
     head = bpy.context.object
@@ -239,6 +238,8 @@ def geometry():
     bpy.context.scene.collection.objects.link(parent)
     bpy.ops.mesh.primitive_cube_add(size=.5, location=(-.5, -1.6, .6), rotation=(.3, .5, .7))
     bpy.context.object.parent = parent
+    rounded = bpy.context.object.modifiers.new("rounded", "SUBSURF")  # round in renders only
+    rounded.levels, rounded.render_levels = 0, 2
     bpy.context.object.data.materials.append(look)
     bpy.ops.object.text_add(location=(-.2, -1.8, .05), rotation=(1.3, 0, 0))
     bpy.context.object.data.body, bpy.context.object.data.extrude = "assay", .05

@@ -3,7 +3,8 @@
 
     reference/blender/compare/table.py [--update] [--out DIR] [--threads N] [NAME...]
 
-Without --update the table is only printed. Every page stays in DIR (build/compare) to be looked at.
+Without --update the table is only printed; with NAMEs only their rows are made anew. Every page stays in DIR
+(build/compare) to be looked at.
 """
 
 import argparse
@@ -25,6 +26,7 @@ SCENES = ("diffuse", "specular", "sheen", "anisotropic", "brushed", "clearcoat_l
           "lamps", "sky_nodes", "geometry", "not_carried", *("studio_" + name for name in (
               "city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset")))
 SIZE = "120x80"
+HEAD = ("| scene | verdict | bias of the worst channel, % [99 % interval] | FLIP / limit | what happened to it |", "|---|---|---|---|---|")
 CUBE = "import bpy; bpy.ops.wm.save_as_mainfile(filepath={!r})"
 
 
@@ -46,6 +48,10 @@ def bundled(folder):
     for name in sorted(os.listdir(templates)) if os.path.isdir(templates) else ():
         if os.path.exists(os.path.join(templates, name, "startup.blend")):
             files["template " + name] = os.path.join(templates, name, "startup.blend")
+    library = os.path.join(scripts, "addons", "materials_library_vx")
+    for name in sorted(os.listdir(library)) if os.path.isdir(library) else ():
+        if name.endswith(".blend"):
+            files["materials_library_vx/" + name] = os.path.join(library, name)
     return files
 
 
@@ -72,22 +78,32 @@ def main():
     parser.add_argument("--out", default=os.path.join(suite.ROOT, "build", "compare"), metavar="DIR")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
-    rows = ["| scene | verdict | bias of the worst channel, % [99 % interval] | FLIP / limit | what happened to it |", "|---|---|---|---|---|"]
+    rows = kept_rows() if arguments.names else {}
     with tempfile.TemporaryDirectory() as folder:
-        wanted = [name for name in SCENES if not arguments.names or name in arguments.names]
-        if wanted:
-            blender("-P", os.path.join(HERE, "examples.py"), "--", folder, *wanted)
-        files = {name: os.path.join(folder, name + ".blend") for name in wanted}
-        files.update({name: path for name, path in bundled(folder).items() if not arguments.names or name in arguments.names})
-        for name, path in files.items():
-            rows.append(compare(name, path, arguments))
-            print(rows[-1], flush=True)
-    if arguments.update:
-        with open(DOCS, encoding="utf-8") as file:
-            text = file.read()
-        before, after = text.split(BEGIN)[0], text.split(END)[1]
-        with open(DOCS, "w", encoding="utf-8") as file:
-            file.write(before + BEGIN + "\n" + "\n".join(rows) + "\n" + END + after)
+        everything = {name: os.path.join(folder, name + ".blend") for name in SCENES}
+        everything.update(bundled(folder))
+        wanted = [name for name in everything if not arguments.names or name in arguments.names]
+        if any(name in SCENES for name in wanted):
+            blender("-P", os.path.join(HERE, "examples.py"), "--", folder, *(name for name in wanted if name in SCENES))
+        for name in wanted:
+            rows[name] = compare(name, everything[name], arguments)
+            print(rows[name], flush=True)
+            if arguments.update:
+                update([rows[name] for name in everything if name in rows])
+
+
+def kept_rows():
+    with open(DOCS, encoding="utf-8") as file:
+        table = file.read().split(BEGIN)[1].split(END)[0]
+    return {line.split("|")[1].strip(): line for line in table.splitlines()[3:]}
+
+
+def update(rows):
+    with open(DOCS, encoding="utf-8") as file:
+        text = file.read()
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    with open(DOCS, "w", encoding="utf-8") as file:
+        file.write(before + BEGIN + "\n" + "\n".join([*HEAD, *rows]) + "\n" + END + after)
 
 
 if __name__ == "__main__":
