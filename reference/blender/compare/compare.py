@@ -10,7 +10,8 @@ alike in both pictures (a lamp's radius becomes 0, an area lamp a shining surfac
 (glass, subsurface, procedural textures); each is named. A .blend is not changed, and its scripts are not run.
 
 The verdict is AGREES if the mean of each channel agrees within --margin, errors included, FLIP shows no more than the
-noise does, and no tile of the picture stands out. Otherwise DIFFERS, with the reasons.
+noise does, and no tile of the picture stands out; DIFFERS, with the reasons, if one of these is shown not to hold; UNDECIDED
+if it is only too noisy to tell.
 """
 
 EPILOG = """
@@ -19,7 +20,7 @@ Written to --out: index.html (the comparison: look at this), result.json (its nu
   scripts/compare-blend OUT/scene.glb             does a difference stay when Blender reads the export, too?
   build/bin/assay-render OUT/scene.glb --info     what Assay made of it
 
-Exit codes: 0 agrees, 1 differs, 2 could not run (one line says why).
+Exit codes: 0 agrees, 1 differs or undecided, 2 could not run (one line says why).
 
 Examples
   scripts/compare-blend my.blend

@@ -4,7 +4,7 @@ AGREES needs all three:
   mean   the 99 % intervals of the relative bias of red, green, blue and luminance lie inside the margin
   FLIP   at most 1.25 times what the noise of both pictures alone shows, plus .005
   tiles  no tile of 8 x 8 pixels is shown (false alarm 1e-4 over all) to be off by more than ten margins
-Whatever is only too noisy to tell is said to be so.
+DIFFERS if one of them is shown not to hold; UNDECIDED if only noise is in the way.
 """
 
 import json
@@ -115,7 +115,7 @@ def judge(assay, reference, test, margin, folder):
     if beyond:
         reasons.append(f"{len(beyond)} of {len(found)} tiles beyond {100 * TILE_MARGINS * margin:.3g} %")
     return {
-        "verdict": "DIFFERS" if reasons or unclear else "AGREES", "shown": bool(reasons), "reasons": reasons,
+        "verdict": "DIFFERS" if reasons else "UNDECIDED" if unclear else "AGREES", "shown": bool(reasons), "reasons": reasons,
         "too_noisy": unclear, "margin": margin, "bias": bias,
         "flip": {"mean": flip, "noise_alone": floor, "limit": limit}, "rmse": answer["rmse"], "relative_mse": answer["relative_mse"],
         "image_mean": float(mean.mean()), "tile": TILE, "tile_margin": TILE_MARGINS * margin, "tiles": found,

@@ -62,7 +62,7 @@ STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1180px;margin:2rem auto;padding:0 1rem}
 h1{font-size:1.5rem;margin:0 0 .2rem}h2{font-size:1.1rem;margin:2rem 0 .5rem}
 .verdict{display:inline-block;padding:.1rem .7rem;border-radius:.3rem;color:#fff;background:#b3261e;margin-right:.5rem}
-.verdict.agrees{background:#1b7f3b}p.why{margin:.3rem 0}
+.verdict.agrees{background:#1b7f3b}.verdict.undecided{background:#8a6d00}p.why{margin:.3rem 0}
 .stage{position:relative;background:#777;line-height:0;overflow:hidden;cursor:ew-resize;touch-action:none}
 .stage img{width:100%;image-rendering:pixelated}.stage .over{position:absolute;inset:0;clip-path:inset(0 50% 0 0)}
 .stage .bar{position:absolute;top:0;bottom:0;left:50%;width:2px;background:#fff;box-shadow:0 0 4px #000}
@@ -108,9 +108,10 @@ def write(path, title, result, notes, reference, test, facts, command):
         (png(heat(flip)), "FLIP: black equal, white as different as can be"),
     )
     agrees = result["verdict"] == "AGREES"
+    style = {"AGREES": " agrees", "UNDECIDED": " undecided"}.get(result["verdict"], "")
     out = [f"<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>"
            f"<title>{html.escape(title)}: {result['verdict']}</title><style>{STYLE}</style>",
-           f"<h1><span class='verdict{' agrees' if agrees else ''}'>{result['verdict']}</span>{html.escape(title)}</h1>"]
+           f"<h1><span class='verdict{style}'>{result['verdict']}</span>{html.escape(title)}</h1>"]
     for why in result["reasons"]:
         out.append(f"<p class=why>{html.escape(why)}</p>")
     for why in result["too_noisy"]:
