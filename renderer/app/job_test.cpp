@@ -10,7 +10,7 @@
 #include "app/energy.h"
 #include "app/test_scene.h"
 #include "base/error.h"
-#include "image/exr.h"
+#include "image/read_exr_test.h"
 
 namespace app {
 namespace {

@@ -12,7 +12,7 @@
 #include "app/output.h"
 #include "app/test_scene.h"
 #include "base/error.h"
-#include "image/exr.h"
+#include "image/read_exr_test.h"
 
 namespace app {
 namespace {

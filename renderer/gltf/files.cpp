@@ -3,95 +3,83 @@
 // the current directory; data: URIs in base64.
 #include <openssl/evp.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 
-#include "base/error.h"
 #include "gltf/guard.h"
 
 namespace gltf {
 namespace fs = std::filesystem;
-using base::fail_in;
-
-namespace {
-
-int hex(char c) {
-  return c >= '0' && c <= '9'   ? c - '0'
-         : c >= 'a' && c <= 'f' ? c - 'a' + 10
-         : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                : -1;
-}
-
-}  // namespace
 
 std::string resolve(const Document& document, const std::string& place, const std::string& uri) {
-  const auto refuse = [&](const std::string& wanted) { fail_in(document.file, place, wanted, shown(uri)); };
+  const auto want = [&](bool holds, const std::string& wanted) {
+    if (!holds) document.fail(place, wanted, uri);
+  };
   // A scheme or a drive letter: anything with a colon before the first slash.
-  if (uri.find(':') < uri.find('/')) refuse("a relative path or a data: URI");
+  want(uri.find(':') >= uri.find('/'), "a relative path or a data: URI");
   std::string name;
   for (size_t i = 0; i < uri.size(); ++i) {
     if (uri[i] != '%') {
       name += uri[i];
       continue;
     }
-    const int high = i + 2 < uri.size() ? hex(uri[i + 1]) : -1,
-              low = i + 2 < uri.size() ? hex(uri[i + 2]) : -1;
-    if (high < 0 || low < 0) refuse("two hexadecimal digits after each %");
-    name += static_cast<char>(high * 16 + low);
+    const std::string code = uri.substr(i + 1, 2);
+    want(code.size() == 2 &&
+             std::all_of(code.begin(), code.end(), [](unsigned char c) { return std::isxdigit(c); }),
+         "two hexadecimal digits after each %");
+    name += static_cast<char>(std::stoi(code, nullptr, 16));
     i += 2;
   }
   // Judge the decoded name: what the file system will see.
-  if (name.empty()) refuse("the name of a file");
-  for (const char c : name)
-    if (static_cast<unsigned char>(c) < 32 || c == '\\')
-      refuse("a path without control characters and backslashes");
+  want(std::none_of(name.begin(), name.end(), [](unsigned char c) { return c < 32 || c == '\\'; }),
+       "a path without control characters and backslashes");
   const fs::path relative(name);
-  if (relative.is_absolute()) refuse("a relative path");
-  for (const fs::path& part : relative)
-    if (part == "..") refuse("a path inside the scene's folder");
+  want(relative.is_relative() && std::find(relative.begin(), relative.end(), "..") == relative.end(),
+       "a relative path inside the scene's folder");
   // Judge what it leads to.
   std::error_code error;
-  const fs::path parent = fs::path(document.file).parent_path();
-  const fs::path folder = fs::canonical(parent.empty() ? fs::path(".") : parent, error);
-  if (error) refuse("a readable folder around the scene file");
+  const fs::path folder = fs::canonical(fs::absolute(document.file, error).parent_path(), error);
+  want(!error, "a readable folder around the scene file");
   const fs::path target = fs::canonical(folder / relative, error);
-  if (error) refuse("a file in the scene's folder");
+  want(!error, "a file in the scene's folder");
   const auto [in_folder, in_target] =
       std::mismatch(folder.begin(), folder.end(), target.begin(), target.end());
-  if (in_folder != folder.end()) refuse("a path inside the scene's folder, symbolic links followed");
-  if (!fs::is_regular_file(target, error)) refuse("a regular file");
+  want(in_folder == folder.end(), "a path inside the scene's folder, symbolic links followed");
+  want(fs::is_regular_file(target, error), "a regular file");
   return target.string();
 }
 
-Bytes read_file(const std::string& file, const std::string& path, const std::string& place,
+Bytes read_file(const Document& document, const std::string& path, const std::string& place,
                 std::uint64_t limit) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) fail_in(file, place, "a file", "none");
-  if (!fs::is_regular_file(status)) fail_in(file, place, "a regular file", "something else");
+  document.want(fs::is_regular_file(status), place, "a regular file",
+                fs::exists(status) ? "something else" : "none");
   const std::uint64_t size = fs::file_size(path, error);
-  if (error || size > limit)
-    fail_in(file, place, "at most " + std::to_string(limit) + " bytes", std::to_string(size) + " bytes");
+  document.want(!error && size <= limit, place, at_most(limit) + " bytes", size);
   Bytes bytes(size);
   std::ifstream stream(path, std::ios::binary);
-  if (!stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
-    fail_in(file, place, "a readable file", "an error while reading");
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  document.want(bool(stream), place, "a readable file", "an error while reading");
   return bytes;
 }
 
 Bytes decode_data_uri(const Document& document, const std::string& place, const std::string& uri) {
-  const size_t comma = uri.find(',');
-  const std::string_view tag = ";base64";
-  if (comma == std::string::npos || comma < 5 + tag.size() ||
-      uri.compare(comma - tag.size(), tag.size(), tag) != 0)
-    fail_in(document.file, place, "a data: URI with ;base64,", shown(uri));
-  const size_t size = uri.size() - comma - 1;
+  const std::string tag = ";base64,";
+  const size_t first = uri.find(',') + 1;  // 0 without a comma
+  document.want(first >= 5 + tag.size() && uri.compare(first - tag.size(), tag.size(), tag) == 0, place,
+                "a data: URI with ;base64,", uri);
+  const size_t size = uri.size() - first;
   Bytes bytes(size / 4 * 3 + 3);
-  const int decoded = EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(&uri[comma + 1]),
+  const int decoded = EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(&uri[first]),
                                       static_cast<int>(size));
-  if (decoded < 0) fail_in(document.file, place, "base64", shown(uri));
-  const size_t padding = size > 1 ? (uri[uri.size() - 1] == '=') + (uri[uri.size() - 2] == '=') : 0;
-  bytes.resize(static_cast<size_t>(decoded) - std::min(padding, static_cast<size_t>(decoded)));
+  document.want(decoded >= 0, place, "base64", uri);
+  // Padding decodes to zeros that are not there.
+  const auto padding =
+      std::count(uri.end() - static_cast<std::ptrdiff_t>(std::min<size_t>(size, 2)), uri.end(), '=');
+  bytes.resize(static_cast<size_t>(decoded) - static_cast<size_t>(padding));
   return bytes;
 }
 

@@ -23,6 +23,7 @@ struct Limits {
   std::uint64_t nodes = 500'000;
   int node_depth = 1024;
   std::uint64_t accessors = 200'000;
+  std::uint64_t materials = 16'384;
   std::uint64_t images = 1024;
   std::uint64_t vertices = 100'000'000;   // all primitives together
   std::uint64_t triangles = 200'000'000;  // as instanced

@@ -3,6 +3,7 @@
 
 #include "gltf/reader.h"
 #include "gltf/sample_test.h"
+#include "gltf/schema_text.h"
 
 using namespace gltf;
 using namespace gltf::sample;
@@ -20,6 +21,22 @@ scene::Scene scene_with(const std::string& material) { return load_file(file_wit
 scene::Material material(const std::string& text) { return scene_with(text).materials.at(0); }
 std::string extension(const std::string& name, const std::string& values) {
   return R"({"extensions": {")" + name + "\": " + values + "}}";
+}
+// The table of docs/gltf.md, as schema.json has it: every parameter that says what it becomes.
+void add_rows(const nlohmann::ordered_json& rule, const std::string& source, std::string& table) {
+  if (!rule.contains("properties")) return;
+  for (const auto& [key, property] : rule["properties"].items()) {
+    if (property.contains("becomes"))
+      table += "| " + source + " | `" + key + "` | " + property["becomes"].get<std::string>() + " |\n";
+    add_rows(property, key.starts_with("KHR_") || key == "extras" ? key : source, table);
+  }
+}
+std::string material_table() {
+  const auto schema = nlohmann::ordered_json::parse(schema_text);
+  std::string table = "| source | parameter | becomes |\n|---|---|---|\n";
+  add_rows(schema["properties"]["materials"]["items"], "core", table);
+  add_rows(schema["$defs"]["texture"], "core", table);
+  return table;
 }
 std::string extras(const std::string& values) { return R"({"extras": )" + values + "}"; }
 

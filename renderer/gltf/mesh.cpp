@@ -2,14 +2,12 @@
 // different lengths or types) is refused; data that is merely useless (degenerate triangles, NaN positions,
 // zero normals) is mended or left out with a warning, because real assets are full of it.
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numeric>
 
-#include "base/error.h"
-#include "gltf/reader.h"
+#include "gltf/accessor.h"
 
 namespace gltf {
-using base::fail_in;
 using math::Vec2;
 using math::Vec3;
 using math::Vec4;
@@ -25,14 +23,12 @@ class Primitive {
       : source_(source),
         mesh_(source.model.meshes[mesh]),
         primitive_(mesh_.primitives[primitive]),
-        place_("meshes[" + std::to_string(mesh) + "].primitives[" + std::to_string(primitive) + ']') {
-    out_.name = mesh_.name + (primitive == 0 ? "" : "[" + std::to_string(primitive) + ']');
+        place_(at(at("meshes", mesh) + ".primitives", primitive)) {
+    out_.name = primitive == 0 ? mesh_.name : at(mesh_.name, primitive);
   }
 
   std::optional<scene::Mesh> read() {
     if (primitive_.mode < 4) return nothing("points and lines are not rendered");
-    if (!primitive_.targets.empty())
-      source_.warnings.add("morph targets are ignored: the base shape is rendered");
     if (primitive_.attributes.count("POSITION") == 0) return nothing("it has no POSITION");
     read_attributes();
     read_triangles();
@@ -48,99 +44,72 @@ class Primitive {
     warn("is left out: " + why);
     return std::nullopt;
   }
+  const tinygltf::Accessor& accessor(int index) const {
+    return source_.model.accessors[static_cast<size_t>(index)];
+  }
   void warn(const std::string& what) { source_.warnings.add(place_ + " (" + mesh_.name + ") " + what); }
 
-  // The accessor of an attribute, after checking that its type is one the specification allows and that it
-  // has one element per vertex; -1 if the primitive has none.
-  int attribute(const std::string& name, std::initializer_list<int> types, bool integers) {
+  // The values of an attribute, after checking that its type is one the specification allows and that it has
+  // one element per vertex; empty if the primitive has none. It has as many components as Vec, or at least
+  // `least`.
+  template <typename Vec>
+  std::vector<Vec> attribute(const std::string& name, bool integers, int least = Vec::length(),
+                             const Vec& fill = Vec(0)) {
     const auto found = primitive_.attributes.find(name);
-    if (found == primitive_.attributes.end()) return -1;
+    if (found == primitive_.attributes.end()) return {};
     const std::string place = place_ + ".attributes." + name;
-    const tinygltf::Accessor& accessor = source_.model.accessors[static_cast<size_t>(found->second)];
-    if (std::find(types.begin(), types.end(), accessor.type) == types.end())
-      fail_in(source_.document.file, place, "elements of " + std::to_string(*types.begin()) + " components",
-              std::to_string(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type))));
-    const bool small_unsigned = accessor.componentType == 5121 || accessor.componentType == 5123;
-    if (accessor.componentType != 5126 && !(integers && small_unsigned && accessor.normalized))
-      fail_in(source_.document.file, place,
-              integers ? "floats or normalized unsigned bytes or shorts" : "floats",
-              "componentType " + std::to_string(accessor.componentType) +
-                  (accessor.normalized ? " normalized" : ""));
-    const size_t vertices =
-        source_.model.accessors[static_cast<size_t>(primitive_.attributes.at("POSITION"))].count;
-    if (accessor.count != vertices)
-      fail_in(source_.document.file, place, std::to_string(vertices) + " elements like POSITION",
-              std::to_string(accessor.count));
-    return found->second;
+    const tinygltf::Accessor& a = accessor(found->second);
+    // tinygltf's code for VEC3 is 3.
+    source_.document.want(a.type >= least && a.type <= Vec::length(), place,
+                          "elements of " + std::to_string(least) + " components",
+                          tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type)));
+    const bool fraction = a.normalized && is_unsigned(a) && component_size(a.componentType) < 4;
+    source_.document.want(
+        a.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT || (integers && fraction), place,
+        integers ? "floats or normalized unsigned bytes or shorts" : "floats",
+        "componentType " + std::to_string(a.componentType) + (a.normalized ? " normalized" : ""));
+    const size_t vertices = accessor(primitive_.attributes.at("POSITION")).count;
+    source_.document.want(a.count == vertices, place, std::to_string(vertices) + " elements like POSITION",
+                          a.count);
+    return read_accessor(source_, found->second, fill);
   }
 
   void read_attributes() {
-    const int position = attribute("POSITION", {TINYGLTF_TYPE_VEC3}, false);
-    const size_t count = source_.model.accessors[static_cast<size_t>(position)].count;
-    if ((source_.vertices += count) > source_.limits.vertices)
-      fail_in(source_.document.file, place_,
-              "at most " + std::to_string(source_.limits.vertices) + " vertices in all", "more");
-    const auto vec3s = [&](int accessor) {
-      const std::vector<float> f = read_floats(source_, accessor);
-      std::vector<Vec3> out(f.size() / 3);
-      for (size_t i = 0; i < out.size(); ++i) out[i] = {f[3 * i], f[3 * i + 1], f[3 * i + 2]};
-      return out;
-    };
-    out_.positions = vec3s(position);
-    if (const int a = attribute("NORMAL", {TINYGLTF_TYPE_VEC3}, false); a >= 0) out_.normals = vec3s(a);
-    if (const int a = attribute("TANGENT", {TINYGLTF_TYPE_VEC4}, false); a >= 0) {
-      const std::vector<float> f = read_floats(source_, a);
-      for (size_t i = 0; i < f.size(); i += 4) out_.tangents.push_back({f[i], f[i + 1], f[i + 2], f[i + 3]});
-    }
-    for (const int set : {0, 1}) {
-      const int a = attribute("TEXCOORD_" + std::to_string(set), {TINYGLTF_TYPE_VEC2}, true);
-      if (a < 0) continue;
-      bool bad = false;
-      const std::vector<float> f = read_floats(source_, a);
-      for (size_t i = 0; i < f.size(); i += 2) {
-        const bool good = std::isfinite(f[i]) && std::isfinite(f[i + 1]);
-        out_.texcoords[set].push_back(good ? Vec2{f[i], f[i + 1]} : Vec2{0, 0});
-        bad |= !good;
-      }
-      if (bad) warn("has texture coordinates that are not finite: 0 is used for them");
-    }
-    read_colors();
-  }
-
-  void read_colors() {
-    const int a = attribute("COLOR_0", {TINYGLTF_TYPE_VEC3, TINYGLTF_TYPE_VEC4}, true);
-    if (a < 0) return;
-    const size_t channels =
-        source_.model.accessors[static_cast<size_t>(a)].type == TINYGLTF_TYPE_VEC3 ? 3 : 4;
-    std::vector<float> f = read_floats(source_, a);
+    source_.vertices += accessor(primitive_.attributes.at("POSITION")).count;
+    source_.document.want(source_.vertices <= source_.options.limits.vertices, place_,
+                          at_most(source_.options.limits.vertices) + " vertices in all", "more");
+    out_.positions = attribute<Vec3>("POSITION", false);
+    out_.normals = attribute<Vec3>("NORMAL", false);
+    out_.tangents = attribute<Vec4>("TANGENT", false);
     bool bad = false;
-    for (float& x : f) {
-      const float clamped = x >= 0 ? std::min(x, 1.0f) : 0;  // NaN becomes 0
-      bad |= clamped != x;
-      x = clamped;
+    for (const int set : {0, 1}) {
+      out_.texcoords[set] = attribute<Vec2>("TEXCOORD_" + std::to_string(set), true);
+      for (Vec2& t : out_.texcoords[set])
+        if (!std::isfinite(t.x) || !std::isfinite(t.y)) t = {0, 0}, bad = true;
     }
-    for (size_t i = 0; i < f.size(); i += channels)
-      out_.colors.push_back({f[i], f[i + 1], f[i + 2], channels == 4 ? f[i + 3] : 1});
+    if (bad) warn("has texture coordinates that are not finite: 0 is used for them");
+    out_.colors = attribute<Vec4>("COLOR_0", true, 3, {0, 0, 0, 1});
+    bad = false;
+    for (Vec4& color : out_.colors)
+      for (int c = 0; c < 4; ++c)
+        if (const float x = color[c]; !(x >= 0 && x <= 1))
+          color[c] = x > 1 ? 1.0f : 0.0f, bad = true;  // NaN: 0
     if (bad) warn("has vertex colours outside [0,1]: they are clamped");
   }
 
   void read_triangles() {
-    std::vector<std::uint32_t> indices;
+    std::vector<std::uint32_t> indices(out_.positions.size());
+    std::iota(indices.begin(), indices.end(), 0u);
     if (primitive_.indices >= 0) {
       const std::string place = place_ + ".indices";
-      const tinygltf::Accessor& accessor = source_.model.accessors[static_cast<size_t>(primitive_.indices)];
-      const int type = accessor.componentType;
-      if (accessor.type != TINYGLTF_TYPE_SCALAR || accessor.normalized ||
-          (type != 5121 && type != 5123 && type != 5125))
-        fail_in(source_.document.file, place, "unsigned integers", "another accessor type");
-      indices = read_indices(source_, primitive_.indices);
+      const tinygltf::Accessor& a = accessor(primitive_.indices);
+      source_.document.want(a.type == TINYGLTF_TYPE_SCALAR && is_unsigned(a) && !a.normalized, place,
+                            "unsigned integers", "another accessor type");
+      indices = read_accessor(source_, primitive_.indices, 0u);
       for (size_t i = 0; i < indices.size(); ++i)
         if (indices[i] >= out_.positions.size())
-          fail_in(source_.document.file, place + "[" + std::to_string(i) + ']',
-                  "a vertex below " + std::to_string(out_.positions.size()), std::to_string(indices[i]));
-    } else {
-      indices.resize(out_.positions.size());
-      for (size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<std::uint32_t>(i);
+          source_.document.fail(at(place, i), "a vertex below " + std::to_string(out_.positions.size()),
+                                indices[i]);
     }
 
     const auto add = [&](size_t a, size_t b, size_t c) {

@@ -1,221 +1,161 @@
-// The types, value ranges and references of a glTF document as one table. Only what some later code reads is
-// in it. What sits in extras and in material extensions is checked where it is read (material.cpp, load.cpp).
+// Checks and completes a document by schema.json. Its words are those of JSON Schema as far as they go: type,
+// properties, required, additionalProperties, items, minItems, maxItems, minimum, maximum, enum, default, and
+// $ref to a name in $defs. Further:
+//   index     the value is an index into the array at this JSON pointer
+//   clamp     a number out of its range is brought into it, with a warning
+//   becomes   what the renderer makes of it; if that starts with "not", it is taken out, with a warning
+//   not_both  pairs of members of which one at most may be there
+//   others    warning about a member that is not in `properties`, * being its name
+//   near      members that start so and are not in `properties` are errors that name the nearest one
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <sstream>
+#include <regex>
 
-#include "base/error.h"
 #include "gltf/guard.h"
+#include "gltf/schema_text.h"
 
 namespace gltf {
 using nlohmann::json;
 
 namespace {
 
-enum class Kind {
-  is,       // of JSON's type `of`
-  number,   // in [low, high], which are finite as float
-  numbers,  // `low` of them
-  integer,  // in [low, high]
-  choice,   // an integer or string out of `of`
-  index,    // of an element of the array at `of`
-  texture,  // {index: of `textures`, texCoord: 0 or 1}
-};
+const json& schema() {
+  static const json parsed = json::parse(schema_text);
+  return parsed;
+}
 
-// A path is a list of member names; "a,b" is both members, "*" every element of an array, "@" every member of
-// an object. What is not there is fine unless it is `needed`.
-struct Rule {
-  const char* path;
-  Kind kind;
-  const char* of = "";
-  double low = -FLT_MAX, high = FLT_MAX;
-  bool needed = false;
-};
+// "an integer in [0, 6]"
+std::string phrase(const json& schema) {
+  const std::string type = schema["type"];
+  std::string out = (std::string("aio").find(type[0]) == std::string::npos ? "a " : "an ") + type;
+  if (schema.contains("maximum"))
+    return out + " in [" + schema["minimum"].dump() + ", " + schema["maximum"].dump() + ']';
+  return schema.contains("minimum") ? out + " of at least " + schema["minimum"].dump() : out;
+}
 
-constexpr bool needed = true;
-constexpr double tiny = 1e-6, any = FLT_MAX, big = 9007199254740992.0;  // 2^53
-
-#define LIGHTS "extensions/KHR_lights_punctual/lights"  // a macro, for it is pasted into paths
-const Rule rules[] = {
-    {"asset", Kind::is, "object", 0, 0, needed},
-    {"asset/version", Kind::is, "string", 0, 0, needed},
-    {"asset/minVersion,generator", Kind::is, "string"},
-    {"extensionsUsed,extensionsRequired/*", Kind::is, "string"},
-    {"extensions", Kind::is, "object"},
-    {"extensions/KHR_lights_punctual", Kind::is, "object"},
-    {LIGHTS "/*", Kind::is, "object"},
-    {LIGHTS "/*/type", Kind::choice, "directional point spot", 0, 0, needed},
-    {LIGHTS "/*/color", Kind::numbers, "", 3},
-    {LIGHTS "/*/intensity", Kind::number, "", 0, any},
-    {LIGHTS "/*/spot", Kind::is, "object"},
-    {LIGHTS "/*/spot/innerConeAngle,outerConeAngle", Kind::number, "", 0, any},
-    {"scene", Kind::index, "scenes"},
-    {"scenes,nodes,cameras,meshes,materials,textures,samplers,images,accessors,bufferViews,buffers/*",
-     Kind::is, "object"},
-    {"scenes/*/nodes/*", Kind::index, "nodes"},
-    {"nodes/*/children/*", Kind::index, "nodes"},
-    {"nodes/*/mesh", Kind::index, "meshes"},
-    {"nodes/*/camera", Kind::index, "cameras"},
-    {"nodes/*/matrix", Kind::numbers, "", 16},
-    {"nodes/*/translation,scale", Kind::numbers, "", 3},
-    {"nodes/*/rotation", Kind::numbers, "", 4},
-    {"nodes,materials/*/extensions", Kind::is, "object"},
-    {"nodes/*/extensions/KHR_lights_punctual", Kind::is, "object"},
-    {"nodes/*/extensions/KHR_lights_punctual/light", Kind::index, LIGHTS, 0, 0, needed},
-    {"cameras/*/type", Kind::choice, "perspective orthographic", 0, 0, needed},
-    {"cameras/*/perspective,orthographic", Kind::is, "object"},
-    {"cameras/*/perspective/yfov", Kind::number, "", tiny, 3.141592, needed},
-    {"cameras/*/perspective/znear", Kind::number, "", 0, any, needed},
-    {"cameras/*/perspective/aspectRatio", Kind::number, "", tiny, any},
-    {"cameras/*/orthographic/xmag,ymag", Kind::number, "", tiny, any, needed},
-    {"cameras/*/orthographic/znear,zfar", Kind::number, "", 0, any, needed},
-    {"meshes/*/primitives", Kind::is, "array", 0, 0, needed},
-    {"meshes/*/primitives/*", Kind::is, "object"},
-    {"meshes/*/primitives/*/attributes", Kind::is, "object", 0, 0, needed},
-    {"meshes/*/primitives/*/attributes/@", Kind::index, "accessors"},
-    {"meshes/*/primitives/*/targets/*/@", Kind::index, "accessors"},
-    {"meshes/*/primitives/*/indices", Kind::index, "accessors"},
-    {"meshes/*/primitives/*/material", Kind::index, "materials"},
-    {"meshes/*/primitives/*/mode", Kind::integer, "", 0, 6},
-    {"materials/*/pbrMetallicRoughness", Kind::is, "object"},
-    {"materials/*/pbrMetallicRoughness/baseColorFactor", Kind::numbers, "", 4},
-    {"materials/*/pbrMetallicRoughness/metallicFactor,roughnessFactor", Kind::number},
-    {"materials/*/pbrMetallicRoughness/baseColorTexture,metallicRoughnessTexture", Kind::texture},
-    {"materials/*/normalTexture,occlusionTexture,emissiveTexture", Kind::texture},
-    {"materials/*/normalTexture/scale", Kind::number},
-    {"materials/*/emissiveFactor", Kind::numbers, "", 3},
-    {"materials/*/alphaMode", Kind::choice, "OPAQUE MASK BLEND"},
-    {"materials/*/alphaCutoff", Kind::number, "", 0, any},
-    {"materials/*/doubleSided", Kind::is, "boolean"},
-    {"textures/*/source", Kind::index, "images"},
-    {"textures/*/sampler", Kind::index, "samplers"},
-    {"samplers/*/wrapS,wrapT", Kind::choice, "10497 33071 33648"},
-    {"samplers/*/magFilter", Kind::choice, "9728 9729"},
-    {"samplers/*/minFilter", Kind::choice, "9728 9729 9984 9985 9986 9987"},
-    {"images/*/uri,mimeType", Kind::is, "string"},
-    {"images,accessors/*/bufferView", Kind::index, "bufferViews"},
-    {"accessors,bufferViews/*/byteOffset", Kind::integer, "", 0, big},
-    {"accessors/*/componentType", Kind::choice, "5120 5121 5122 5123 5125 5126", 0, 0, needed},
-    {"accessors/*/normalized", Kind::is, "boolean"},
-    {"accessors/*/count", Kind::integer, "", 0, big, needed},
-    {"accessors/*/type", Kind::choice, "SCALAR VEC2 VEC3 VEC4 MAT2 MAT3 MAT4", 0, 0, needed},
-    {"accessors/*/sparse", Kind::is, "object"},
-    {"accessors/*/sparse/count", Kind::integer, "", 1, big, needed},
-    {"accessors/*/sparse/indices,values", Kind::is, "object", 0, 0, needed},
-    {"accessors/*/sparse/indices,values/bufferView", Kind::index, "bufferViews", 0, 0, needed},
-    {"accessors/*/sparse/indices,values/byteOffset", Kind::integer, "", 0, big},
-    {"accessors/*/sparse/indices/componentType", Kind::choice, "5121 5123 5125", 0, 0, needed},
-    {"bufferViews/*/buffer", Kind::index, "buffers", 0, 0, needed},
-    {"bufferViews/*/byteLength", Kind::integer, "", 1, big, needed},
-    {"bufferViews/*/byteStride", Kind::integer, "", 4, 252},
-    {"buffers/*/uri", Kind::is, "string"},
-    {"buffers/*/byteLength", Kind::integer, "", 1, 2147483647, needed},
-};
-#undef LIGHTS
-
-// Takes the part before the first `separator` off `text`.
-std::string_view take(std::string_view& text, char separator) {
-  const size_t end = text.find(separator);
-  const std::string_view first = text.substr(0, end);
-  text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-  return first;
+size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t corner = row[0]++;
+    for (size_t j = 0; j < b.size(); ++j) {
+      const size_t replaced = corner + (a[i] != b[j]);
+      corner = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row[b.size()];
 }
 
 struct Checker {
   const Document& document;
+  Warnings& warnings;
 
-  void want(bool holds, const std::string& place, const std::string& wanted, const json& found) const {
-    if (!holds) base::fail_in(document.file, place, wanted, shown(found));
+  void check(json& value, const json& rule, const std::string& place) {
+    if (rule.contains("$ref")) check(value, schema()["$defs"][rule["$ref"].get<std::string>()], place);
+    if (rule.contains("type")) check_type(value, rule, place);
+    if (rule.contains("enum")) check_choice(value, rule["enum"], place);
+    if (rule.contains("index")) check_index(value, rule["index"], place);
+    if (value.is_object()) check_members(value, rule, place.empty() ? "" : place + '.');
+    if (!value.is_array()) return;
+    if (const size_t least = rule.value("minItems", size_t{0}), most = rule.value("maxItems", value.size());
+        value.size() < least || value.size() > most)
+      document.fail(place, std::to_string(least) + " elements", value.size());
+    if (rule.contains("items"))
+      for (size_t i = 0; i < value.size(); ++i) check(value[i], rule["items"], at(place, i));
   }
 
-  // Applies `rule` to every value that the rest of its path leads to from `value` at `place`.
-  void check(const json& value, std::string_view path, const std::string& place, const Rule& rule) const {
-    if (path.empty()) return apply(value, place, rule);
-    std::string_view names = take(path, '/');
-    if (names == "*") {
-      want(value.is_array(), place, "an array", value);
-      for (size_t i = 0; i < value.size(); ++i)
-        check(value[i], path, place + '[' + std::to_string(i) + ']', rule);
-      return;
-    }
-    const std::string prefix = place.empty() ? "" : place + '.';
-    if (names == "@") {
-      want(value.is_object(), place, "an object", value);
-      for (const auto& [key, member] : value.items()) check(member, path, prefix + key, rule);
-      return;
-    }
-    while (!names.empty()) {
-      const std::string name(take(names, ','));
+  void check_type(json& value, const json& rule, const std::string& place) {
+    const std::string type = rule["type"];
+    if (!(type == "integer" ? value.is_number_integer() : value.type_name() == type))
+      document.fail(place.empty() ? "JSON" : place, phrase(rule),
+                    value.is_string() ? json("the string " + shown(value)) : value);
+    if (!value.is_number()) return;
+    const double x = value,
+                 y = std::clamp(x, rule.value("minimum", -DBL_MAX), rule.value("maximum", DBL_MAX));
+    // What float cannot hold is no slip of a user's.
+    if (std::fabs(x) > FLT_MAX || (x != y && !rule.contains("clamp")))
+      document.fail(place, phrase(rule), value);
+    if (x == y) return;
+    warnings.add(place + " is " + shown(value) + ": clamped to " + json(y).dump());
+    value = y;
+  }
+
+  void check_choice(const json& value, const json& choices, const std::string& place) const {
+    if (std::find(choices.begin(), choices.end(), value) != choices.end()) return;
+    std::string all;
+    for (const json& choice : choices) all += (all.empty() ? "" : ", ") + shown(choice);
+    document.fail(place, (choices.size() > 1 ? "one of " : "") + all, value);
+  }
+
+  void check_index(const json& value, const std::string& array, const std::string& place) const {
+    const json::json_pointer pointer(array);
+    const size_t size = document.json.contains(pointer) ? document.json[pointer].size() : 0;
+    if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= size)
+      document.fail(place, "an index below " + std::to_string(size) + " (of " + array.substr(1) + ')', value);
+  }
+
+  void check_members(json& value, const json& rule, const std::string& prefix) {
+    for (const std::string name : list(rule, "required"))
+      if (!value.contains(name)) document.fail(prefix + name, "it, for it is required", "nothing");
+    for (const std::vector<std::string> pair : list(rule, "not_both"))
+      if (value.contains(pair[0]) && value.contains(pair[1]))
+        document.fail(prefix.substr(0, prefix.size() - 1), pair[0] + " or " + pair[1], "both");
+    const json& properties = list(rule, "properties");
+    for (const auto& [name, property] : properties.items()) {
+      if (property.contains("default") && !value.contains(name)) value[name] = property["default"];
       const auto found = value.find(name);
-      if (found != value.end())
-        check(*found, path, prefix + name, rule);
-      else
-        want(!path.empty() || !rule.needed, prefix + name, "it, for it is required", nullptr);
+      if (found == value.end()) continue;
+      check(*found, property, prefix + name);
+      if (!property.value("becomes", "").starts_with("not")) continue;
+      static const std::regex number("\\[[0-9]+\\]");  // one warning for all elements of an array
+      warnings.add(std::regex_replace(prefix + name, number, "[]") + " is " +
+                   property["becomes"].get<std::string>());
+      value.erase(found);
+    }
+    for (const auto& [name, member] : value.items()) {
+      if (properties.contains(name)) continue;
+      if (rule.contains("additionalProperties")) check(member, rule["additionalProperties"], prefix + name);
+      if (rule.contains("near") && name.starts_with(rule["near"].get<std::string>()))
+        fail_near(prefix.substr(0, prefix.size() - 1), name.substr(0, 60), properties);
+      if (!rule.contains("others")) continue;
+      std::string warning = rule["others"];
+      warnings.add(warning.replace(warning.find('*'), 1, name));
     }
   }
 
-  void apply(const json& value, const std::string& place, const Rule& rule) const {
-    std::ostringstream wanted;
-    switch (rule.kind) {
-      case Kind::is:
-        if (value.type_name() == std::string_view(rule.of)) return;
-        wanted << "the JSON type " << rule.of;
-        break;
-      case Kind::number:
-      case Kind::integer: {
-        const bool whole = rule.kind == Kind::integer;
-        const double x = (whole ? value.is_number_integer() : value.is_number()) ? value.get<double>() : NAN;
-        if (x >= rule.low && x <= rule.high) return;
-        wanted << (whole ? "an integer in [" : "a number in [") << rule.low << ", " << rule.high << ']';
-        break;
-      }
-      case Kind::numbers:
-        wanted << rule.low << " numbers";
-        want(value.is_array() && value.size() == static_cast<size_t>(rule.low), place, wanted.str(), value);
-        return check(value, "*", place, {"", Kind::number});
-      case Kind::choice: {
-        const std::string one = value.is_string() ? value.get<std::string>() : shown(value);
-        const bool words = rule.of[0] > '9';
-        for (std::string_view choices = rule.of; words == value.is_string() && !choices.empty();)
-          if (take(choices, ' ') == one) return;
-        wanted << "one of " << rule.of;
-        break;
-      }
-      case Kind::index: {
-        const json* array = &document.json;
-        for (std::string_view path = rule.of; !path.empty();)
-          array = &list(*array, std::string(take(path, '/')));
-        if (value.is_number_unsigned() && array->is_array() && value.get<std::uint64_t>() < array->size())
-          return;
-        wanted << "an index below " << array->size() << " (of " << rule.of << ')';
-        break;
-      }
-      case Kind::texture:
-        want(value.is_object(), place, "an object", value);
-        check(value, "index", place, {"", Kind::index, "textures", 0, 0, needed});
-        return check(value, "texCoord", place, {"", Kind::integer, "", 0, 1});
-    }
-    want(false, place, wanted.str(), value);
+  [[noreturn]] void fail_near(const std::string& place, const std::string& name,
+                              const json& properties) const {
+    std::vector<std::string> known;
+    for (const auto& [key, unused] : properties.items()) known.push_back(key);
+    const auto nearer = [&](const std::string& a, const std::string& b) {
+      return edit_distance(name, a) < edit_distance(name, b);
+    };
+    document.fail(place, *std::min_element(known.begin(), known.end(), nearer) + ", the nearest known key",
+                  name);
   }
 };
 
 }  // namespace
 
 std::string shown(const json& value) {
-  return value.is_null() ? "nothing" : value.is_structured() ? value.type_name() : value.dump().substr(0, 60);
+  if (value.is_null()) return "nothing";
+  if (value.is_structured()) return value.type_name();
+  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  return value.is_string() && text.size() > 2 ? text.substr(1, std::min<size_t>(text.size() - 2, 60)) : text;
 }
 
-void check_schema(const Document& document, const Limits& limits) {
-  const Checker checker{document};
-  checker.want(document.json.is_object(), "JSON", "an object", document.json);
-  for (const Rule& rule : rules) checker.check(document.json, rule.path, "", rule);
-  const auto at_most = [&](const char* array, std::uint64_t limit) {
-    const size_t count = list(document.json, array).size();
-    checker.want(count <= limit, array, "at most " + std::to_string(limit), count);
-  };
-  at_most("nodes", limits.nodes);
-  at_most("accessors", limits.accessors);
-  at_most("images", limits.images);
+void check_schema(Document& document, Warnings& warnings) {
+  Checker{document, warnings}.check(document.json, schema(), "");
+  const std::vector<std::string> known = supported_extensions();
+  for (const std::string name : list(document.json, "extensionsUsed"))
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      warnings.add("extension " + name + " is not rendered");
+}
+
+std::vector<std::string> supported_extensions() {
+  return schema()["properties"]["extensionsRequired"]["items"]["enum"];
 }
 
 }  // namespace gltf

@@ -1,14 +1,12 @@
 #include "image/decode.h"
 
+#include <zlib.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 #include <span>
 #include <string_view>
 
-#include "base/error.h"
-#include "image/file.h"
 #include "image/oiio.h"
 
 namespace image {
@@ -21,22 +19,6 @@ unsigned big_endian(Bytes bytes, std::size_t at, int count) {
   unsigned value = 0;
   for (int i = 0; i < count; ++i) value = value << 8 | bytes[at + static_cast<std::size_t>(i)];
   return value;
-}
-
-// CRC-32 of ISO 3309, as PNG has it.
-std::uint32_t crc(Bytes bytes) {
-  static constexpr auto table = [] {
-    std::array<std::uint32_t, 256> entries{};
-    for (std::uint32_t n = 0; n < 256; ++n) {
-      entries[n] = n;
-      for (int bit = 0; bit < 8; ++bit)
-        entries[n] = entries[n] & 1 ? entries[n] >> 1 ^ 0xedb88320 : entries[n] >> 1;
-    }
-    return entries;
-  }();
-  std::uint32_t remainder = 0xffffffff;
-  for (std::uint8_t byte : bytes) remainder = table[(remainder ^ byte) & 255] ^ remainder >> 8;
-  return ~remainder;
 }
 
 void check_size(const std::string& what, std::int64_t width, std::int64_t height, const Limits& limits) {
@@ -66,7 +48,7 @@ void check_png(Bytes bytes, const std::string& what, const Limits& limits) {
     const std::size_t length = big_endian(bytes, at, 4);
     const unsigned kind = big_endian(bytes, at + 4, 4);
     if (bytes.size() - at - 12 < length) fail_at(at, "a whole chunk");
-    if (crc(bytes.subspan(at + 4, length + 4)) != big_endian(bytes, at + 8 + length, 4))
+    if (crc32_z(0, &bytes[at + 4], length + 4) != big_endian(bytes, at + 8 + length, 4))
       fail_at(at, "an undamaged chunk");
     if (kind == 0x49444154) compressed += static_cast<std::int64_t>(length);  // IDAT
     if (kind == 0x49454e44) break;                                            // IEND
@@ -132,38 +114,28 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
   is_png ? check_png(bytes, what, limits) : check_jpeg(bytes, what, limits);
 
   OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(data), size);  // only reads
-  std::string error;
-  const auto input = open_as(is_png ? ".png" : ".jpeg", "memory", &memory, error);
-  if (!input) base::fail(what, ": cannot decode: ", error);
+  const auto input = open_as(is_png ? ".png" : ".jpeg", what, &memory);
   const OIIO::ImageSpec& spec = input->spec();
   check_size(what, spec.width, spec.height, limits);
   if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1)
     base::fail(what, ": wanted 1 to 4 channels, found ", spec.nchannels);
 
-  // Read some rows at a time in the file's own integers: divided here, every value is the correctly rounded
-  // fraction.
+  // Read some rows at a time as 16 bits, which holds 8 bits exactly as multiples of 257: divided here, every
+  // value is the correctly rounded fraction.
   Decoded decoded{spec.width, spec.height, spec.nchannels, {}};
   decoded.texels.reserve(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
   constexpr int rows = 64;
-  const std::size_t channels = static_cast<std::size_t>(spec.nchannels);
-  const bool wide = spec.format != OIIO::TypeUInt8;
-  const float maximum = wide ? 65535 : 255;
-  std::vector<std::uint16_t> row16;
-  std::vector<std::uint8_t> row8;
+  const std::size_t channels = static_cast<std::size_t>(spec.nchannels), step = channels <= 2 ? 0 : 1;
+  std::vector<std::uint16_t> values(rows * static_cast<std::size_t>(spec.width) * channels);
   for (int y = 0; y < spec.height; y += rows) {
     const int end = std::min(y + rows, spec.height);
-    const std::size_t values =
-        static_cast<std::size_t>(end - y) * static_cast<std::size_t>(spec.width) * channels;
-    wide ? row16.resize(values) : row8.resize(values);
-    if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, wide ? OIIO::TypeUInt16 : OIIO::TypeUInt8,
-                               wide ? static_cast<void*>(row16.data()) : row8.data()))
+    if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, OIIO::TypeUInt16, values.data()))
       base::fail(what, ": cannot decode rows ", y, " to ", end - 1, ": ", input->geterror());
-    const auto value = [&](std::size_t i) { return static_cast<float>(wide ? row16[i] : row8[i]) / maximum; };
-    for (std::size_t i = 0; i < values; i += channels) {
-      const bool grey = channels <= 2;
-      decoded.texels.push_back({value(i), value(grey ? i : i + 1), value(grey ? i : i + 2),
-                                channels % 2 == 0 ? value(i + channels - 1) : 1});
-    }
+    const auto value = [&](std::size_t i) { return static_cast<float>(values[i]) / 65535; };
+    const std::size_t pixels = static_cast<std::size_t>(end - y) * static_cast<std::size_t>(spec.width);
+    for (std::size_t i = 0; i < pixels * channels; i += channels)
+      decoded.texels.push_back(
+          {value(i), value(i + step), value(i + 2 * step), channels % 2 == 0 ? value(i + channels - 1) : 1});
   }
   if (input->has_error()) base::fail(what, ": cannot decode: ", input->geterror());
   return decoded;
@@ -174,9 +146,7 @@ Image read_environment(const std::string& path, const Limits& limits) {
   if (extension != ".exr" && extension != ".hdr")
     base::fail(path, ": wanted an environment map in .exr or .hdr, found ",
                extension.empty() ? "no extension" : extension);
-  std::string error;
-  const auto input = open_as(extension, path, nullptr, error);
-  if (!input) base::fail(path, ": cannot read: ", error);
+  const auto input = open_as(extension, path);
   const OIIO::ImageSpec& spec = input->spec();
   check_size(path, spec.width, spec.height, limits);
   if (spec.deep || spec.depth > 1 || spec.x != spec.full_x || spec.y != spec.full_y ||

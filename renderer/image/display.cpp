@@ -2,12 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <memory>
 #include <vector>
 
-#include "base/error.h"
-#include "image/file.h"
 #include "image/oiio.h"
 #include "math/transcendental.h"
 
@@ -38,35 +34,21 @@ std::int64_t write_display(const std::string& path, const Image& image, const Di
   if (extension != ".png" && extension != ".jpg" && extension != ".jpeg" && extension != ".hdr")
     base::fail(path, ": wanted an extension of .png, .jpg or .hdr");
 
-  prepare_oiio();
-  const auto output = OIIO::ImageOutput::create("memory" + extension);
-  if (!output) base::fail(path, ": cannot write: ", OIIO::geterror());
   const bool linear = extension == ".hdr";
   OIIO::ImageSpec spec(image.width, image.height, 3, linear ? OIIO::TypeFloat : OIIO::TypeUInt8);
   spec.attribute("oiio:ColorSpace", linear ? "linear" : "sRGB");
-  if (!linear) spec.attribute("compression", "jpeg:95");
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  if (!output->supports("ioproxy"))
-    base::fail(path, ": this OpenImageIO cannot write ", extension, " to memory");
-  output->set_ioproxy(&memory);
-
-  // RGBE has no sign, NaN or infinity, and OpenImageIO would wrap negative values round to large ones.
-  bool fine = output->open("memory" + extension, spec);
-  if (fine && linear) {
+  if (linear) {
+    // RGBE has no sign, NaN or infinity, and OpenImageIO would wrap negative values round to large ones.
     std::vector<math::Vec3> pixels = image.pixels;
     for (math::Vec3& pixel : pixels)
       for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] > 0 ? std::min(pixel[c], 1e38f) : 0;
-    fine = output->write_image(OIIO::TypeFloat, pixels.data());
-  } else if (fine) {
+    write_as(extension, path, spec, OIIO::TypeFloat, pixels.data());
+  } else {
+    spec.attribute("compression", "jpeg:95");
     std::vector<std::array<std::uint8_t, 3>> pixels;
-    pixels.reserve(image.pixels.size());
     for (const math::Vec3& pixel : image.pixels) pixels.push_back(to_display(pixel, display));
-    fine = output->write_image(OIIO::TypeUInt8, pixels.data());
+    write_as(extension, path, spec, OIIO::TypeUInt8, pixels.data());
   }
-  if (!fine || !output->close()) base::fail(path, ": cannot write: ", output->geterror());
-  write_whole(path, bytes.data(), bytes.size());
-
   return std::count_if(image.pixels.begin(), image.pixels.end(), [](const math::Vec3& pixel) {
     return !math::is_finite(pixel) || pixel.x < 0 || pixel.y < 0 || pixel.z < 0;
   });

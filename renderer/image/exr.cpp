@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
-#include "image/file.h"
 #include "image/oiio.h"
 
 namespace image {
@@ -68,73 +66,13 @@ void write_exr(const std::string& path, const Exr& exr) {
   for (const auto& [name, value] : exr.metadata.entries)
     std::visit([&, &name = name](const auto& v) { spec.attribute(name, v); }, value);
 
-  // Interleave, encode in memory, write in one piece.
+  // Interleave.
   std::vector<float> pixels;
   pixels.reserve(exr.mean.pixels.size() * sources.size());
   for (std::size_t i = 0; i < exr.mean.pixels.size(); ++i)
     for (const Source& source : sources)
       pixels.push_back(source.image->pixels[i][source.component] * source.factor);
-  prepare_oiio();
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  const auto output = OIIO::ImageOutput::create("memory.exr", &memory);
-  if (!output) base::fail(path, ": cannot write: ", OIIO::geterror());
-  if (!output->open("memory.exr", spec) || !output->write_image(OIIO::TypeFloat, pixels.data()) ||
-      !output->close())
-    base::fail(path, ": cannot write: ", output->geterror());
-  write_whole(path, bytes.data(), bytes.size());
-}
-
-Exr read_exr(const std::string& path) {
-  std::string error;
-  const auto input = open_as(".exr", path, nullptr, error);
-  if (!input) base::fail(path, ": cannot read: ", error);
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.deep) base::fail(path, ": wanted a flat image, found deep pixels");
-  const std::size_t channels = static_cast<std::size_t>(spec.nchannels);
-  std::vector<float> pixels(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
-                            channels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data()))
-    base::fail(path, ": cannot read: ", input->geterror());
-
-  Exr exr;
-  const float scale = spec.get_float_attribute(scale_name, 1);
-  for (std::size_t c = 0; c < channels; ++c) {
-    // "albedo.R" is component R of layer albedo; "R" of the mean.
-    const std::string& name = spec.channelnames[c];
-    const std::size_t dot = name.rfind('.');
-    const std::string layer = dot == std::string::npos ? "" : name.substr(0, dot);
-    const std::string letter = dot == std::string::npos ? name : name.substr(dot + 1);
-    Image* image = nullptr;
-    std::size_t component = std::string("RGB").find(letter);
-    float factor = 1;
-    if (layer.empty() || layer == "variance") {
-      image = layer.empty() ? &exr.mean : &exr.variance;
-      factor = layer.empty() ? 1 : scale;
-    } else {
-      if (exr.layers.empty() || exr.layers.back().name != layer) exr.layers.push_back({layer, "", {}});
-      image = &exr.layers.back().image;
-      component = exr.layers.back().channels.size();
-      exr.layers.back().channels += letter;
-    }
-    if (component > 2)
-      base::fail(path, ": channel ", name, ": wanted at most three per layer, R, G, B in the first");
-    if (image->width == 0) *image = Image(spec.width, spec.height);
-    for (std::size_t i = 0; i < image->pixels.size(); ++i)
-      image->pixels[i][static_cast<int>(component)] = pixels[i * channels + c] * factor;
-  }
-  if (exr.mean.width == 0) base::fail(path, ": wanted channels R, G, B, found none of them");
-  for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-    const std::string name = attribute.name().string();
-    if (!name.starts_with("assay:") || name == scale_name) continue;
-    if (attribute.type() == OIIO::TypeInt)
-      exr.metadata.set(name, attribute.get_int());
-    else if (attribute.type() == OIIO::TypeFloat)
-      exr.metadata.set(name, attribute.get_float());
-    else
-      exr.metadata.set(name, attribute.get_string());
-  }
-  return exr;
+  write_as(".exr", path, spec, OIIO::TypeFloat, pixels.data());
 }
 
 }  // namespace image

@@ -37,7 +37,4 @@ struct Exr {
 // the reason.
 void write_exr(const std::string& path, const Exr& exr);
 
-// Reads what write_exr wrote (variance already multiplied by its scale; assay:* metadata only).
-Exr read_exr(const std::string& path);
-
 }  // namespace image

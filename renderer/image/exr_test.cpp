@@ -13,6 +13,7 @@
 #include "image/decode.h"
 #include "image/file.h"
 #include "image/oiio.h"
+#include "image/read_exr_test.h"
 
 namespace fs = std::filesystem;
 using image::Exr;

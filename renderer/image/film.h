@@ -23,19 +23,25 @@ class Film {
   // Different pixels may be added to from different threads; one pixel only from one.
   void add(int x, int y, int replicate, const math::Vec3& radiance);
 
-  math::Vec3 mean(int x, int y) const;              // of the accepted samples; black if there are none
+  // Of the accepted samples; black if there are none.
+  math::Vec3 mean(int x, int y) const { return total(x, y).mean(); }
   math::Vec3 variance_of_mean(int x, int y) const;  // 0 for fewer than two replicates
-  math::Vec3 replicate_mean(int x, int y, int replicate) const;
-  std::int64_t samples(int x, int y) const;  // accepted
-  std::int64_t rejected() const;             // over the whole film
-  Image mean_image() const;
-  Image variance_image() const;
+  math::Vec3 replicate_mean(int x, int y, int replicate) const { return cell(x, y, replicate).mean(); }
+  std::int64_t samples(int x, int y) const { return total(x, y).count; }  // accepted
+  std::int64_t rejected() const;                                          // over the whole film
+  Image mean_image() const { return image(&Film::mean); }
+  Image variance_image() const { return image(&Film::variance_of_mean); }
 
  private:
   struct Cell {
-    double sum[3] = {0, 0, 0};
+    math::DVec3 sum{0, 0, 0};
     std::int64_t count = 0;
+    math::Vec3 mean() const {
+      return count > 0 ? math::Vec3(sum / static_cast<double>(count)) : math::Vec3(0);
+    }
   };
+  Image image(math::Vec3 (Film::*pixel)(int, int) const) const;
+  Cell total(int x, int y) const;                   // of all replicates
   size_t index(int x, int y, int replicate) const;  // into cells_
   const Cell& cell(int x, int y, int replicate) const { return cells_[index(x, y, replicate)]; }
   int width_, height_, replicates_;

@@ -6,6 +6,10 @@
 
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "image/file.h"
 
 namespace image {
 
@@ -17,21 +21,34 @@ inline void prepare_oiio() {
 }
 
 // Opens a file, or memory, as the format of one extension (".png") and as no other: OpenImageIO would go on
-// to try every decoder it has. Null if it cannot; the reason is then in `error`.
-inline std::unique_ptr<OIIO::ImageInput> open_as(const std::string& extension, const std::string& file,
-                                                 OIIO::Filesystem::IOProxy* memory, std::string& error) {
+// to try every decoder it has. Throws base::Error "NAME: cannot read: REASON".
+inline std::unique_ptr<OIIO::ImageInput> open_as(const std::string& extension, const std::string& name,
+                                                 OIIO::Filesystem::IOProxy* memory = nullptr) {
   prepare_oiio();
-  const std::string format = extension == ".exr" ? "openexr" : extension.substr(1);
-  auto input = OIIO::ImageInput::create(format);
+  auto input = OIIO::ImageInput::create(extension == ".exr" ? "openexr" : extension.substr(1));
+  if (!input) base::fail(name, ": cannot read: ", OIIO::geterror());
   OIIO::ImageSpec spec, wishes;
   wishes.attribute("oiio:UnassociatedAlpha", 1);
-  if (!input) {
-    error = OIIO::geterror();
-  } else if (!(memory ? input->set_ioproxy(memory) : true) || !input->open(file, spec, wishes)) {
-    error = input->geterror();
-    input.reset();
-  }
+  if (memory) input->set_ioproxy(memory);
+  if (!input->open(memory ? "memory" : name, spec, wishes))
+    base::fail(name, ": cannot read: ", input->geterror());
   return input;
+}
+
+// Encodes `pixels`, of the type and the layout of `spec`, in memory as the format of one extension and writes
+// them in one piece. Throws base::Error "PATH: cannot write: REASON".
+inline void write_as(const std::string& extension, const std::string& path, const OIIO::ImageSpec& spec,
+                     OIIO::TypeDesc type, const void* pixels) {
+  prepare_oiio();
+  const std::string name = "memory" + extension;
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const auto output = OIIO::ImageOutput::create(name);
+  if (!output) base::fail(path, ": cannot write: ", OIIO::geterror());
+  if (!output->set_ioproxy(&memory) || !output->open(name, spec) || !output->write_image(type, pixels) ||
+      !output->close())
+    base::fail(path, ": cannot write: ", output->geterror());
+  write_whole(path, bytes.data(), bytes.size());
 }
 
 }  // namespace image

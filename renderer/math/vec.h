@@ -17,6 +17,8 @@ using Vec3 = glm::vec3;
 using Vec4 = glm::vec4;
 using Mat3 = glm::mat3;  // column-major, as in glTF
 using Mat4 = glm::mat4;
+using DVec3 = glm::dvec3;  // sums of many samples
+using DMat4 = glm::dmat4;  // products of many transforms
 using IVec2 = glm::ivec2;
 using UVec3 = glm::uvec3;
 
