@@ -2,9 +2,7 @@
 // is read.
 #include "gltf/guard.h"
 
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <ctime>
 
 #include "gltf/sample_test.h"
 
@@ -120,16 +118,33 @@ TEST(Guard, refuses_accessors_outside_their_bufferView) {
   expect_refused(after("/accessors/0/type", "\"VEC4\""), "accessors[0]");
   expect_refused(after("/accessors/0/componentType", "5127"), "accessors[0].componentType");
   expect_refused(after("/accessors/0/componentType", "5130"), "accessors[0].componentType");
-  expect_refused(after("/bufferViews/0/byteStride", "8"), "accessors[0]");
+  for (const char* stride : {"4", "8"})
+    expect_refused(after("/bufferViews/0/byteStride", stride), "accessors[0]: wanted a byteStride");
   expect_refused(after("/bufferViews/0/byteStride", "16"), "accessors[0]");
   expect_refused(after("/bufferViews/0/byteStride", "-4"), "bufferViews[0].byteStride");
   expect_refused(after("/bufferViews/0/byteLength", "35"), "accessors[0]");
   expect_refused(after("/bufferViews/1/byteLength", "1000"), "bufferViews[1]");
-  expect_refused(after("/bufferViews/1/byteOffset", "18446744073709551610"), "bufferViews[1]");
+  for (const char* offset : {"18446744073709551610", "18446744073709551614"})  // + 6 = 2^64, 2^64 + 4
+    expect_refused(after("/bufferViews/1/byteOffset", offset), "bufferViews[1]");
   expect_refused(after("/bufferViews/1/byteOffset", "9007199254740000"), "bufferViews[1]");
   expect_refused(after("/buffers/0/byteLength", "0"), "buffers[0].byteLength");
   expect_refused(after("/buffers/0/byteLength", "1000000000"), "buffers[0].byteLength");
   expect_refused(after("/buffers/0/byteLength", "4294967340"), "buffers[0].byteLength");
+}
+
+TEST(Guard, refuses_sparse_ranges_outside_their_bufferView) {
+  File f = triangle();
+  f.root["accessors"][0]["sparse"] =
+      json::parse(R"({"count": 1, "indices": {"bufferView": 1, "componentType": 5123},
+    "values": {"bufferView": 0}})");
+  EXPECT_EQ(complaint(f), "");
+  for (const char* part : {"indices", "values"})
+    for (const char* offset :
+         {"36", "9007199254740992", "18446744073709551614", "18446744073709551604", "-4"}) {
+      File bad = f;
+      bad.root["accessors"][0]["sparse"][part]["byteOffset"] = json::parse(offset);
+      expect_refused(complaint(bad), std::string("accessors[0].sparse.") + part);
+    }
 }
 
 TEST(Guard, lets_the_last_element_end_short_of_a_whole_stride) {
@@ -262,83 +277,29 @@ TEST(Guard, refuses_cycles_shared_nodes_and_deep_chains) {
     chain.push_back(node);
   }
   chain.push_back(json::object());
+  const std::clock_t before = std::clock();
   expect_refused(nodes(chain.dump()), "levels of nodes");
+  EXPECT_LT(std::clock() - before, 10 * CLOCKS_PER_SEC);
 }
 
-TEST(Guard, reads_only_regular_files_inside_the_folder_of_the_scene) {
-  const Folder outer;
-  std::filesystem::create_directories(outer / "in/sub");
-  std::filesystem::create_directories(outer / "in/directory");
-  File f = triangle();
-  const std::string binary(f.binary.begin(), f.binary.end());
-  for (const char* name : {"secret.bin", "in/A..B.bin", "in/sub/x.bin", "in/ x.bin", "in/plus+x.bin"})
-    outer.write(name, binary);
-  std::filesystem::create_symlink(outer / "secret.bin", outer / "in/link.bin");
-  std::filesystem::create_symlink(outer / "in/sub/x.bin", outer / "in/inner_link.bin");
-  std::filesystem::create_directory_symlink(outer / ".", outer / "in/up");
-  ASSERT_EQ(::mkfifo((outer / "in/fifo.bin").c_str(), 0600), 0);
-  const auto with = [&](const std::string& uri) -> std::string {
-    f.root["buffers"][0]["uri"] = uri;
-    const std::string file = outer.write("in/scene.gltf", f.root.dump());
-    try {
-      load(file);
-    } catch (const base::Error& error) {
-      return error.what();
+TEST(Guard, takes_as_many_levels_of_nodes_as_it_says_and_no_more) {
+  Options options;
+  for (const int levels : {options.limits.node_depth, options.limits.node_depth + 1}) {
+    json chain = json::array({json::object()});
+    chain[0]["mesh"] = 0;
+    for (int i = 1; i < levels; ++i) {  // children first
+      chain.push_back(json::object());
+      chain.back()["children"].push_back(i - 1);
+      chain.back()["translation"] = {1, 0, 0};
     }
-    return "";
-  };
-  for (const std::string good : {"A..B.bin", "sub/x.bin", "%20x.bin", " x.bin", "%41..B.bin", "./sub/x.bin",
-                                 "plus+x.bin", "inner_link.bin"})
-    EXPECT_EQ(with(good), "") << good;
-  // A file that is only in the current directory is not the scene's.
-  const std::filesystem::path before = std::filesystem::current_path();
-  std::filesystem::current_path(outer / ".");
-  const std::string from_here = with("secret.bin");
-  std::filesystem::current_path(before);
-  expect_refused(from_here, "buffers[0].uri");
-  for (const std::string bad : {"../secret.bin",
-                                "sub/../sub/x.bin",
-                                "sub/../../secret.bin",
-                                "%2e%2e/secret.bin",
-                                "..%2fsecret.bin",
-                                "..%2Fsecret.bin",
-                                "link.bin",
-                                "up/secret.bin",
-                                "fifo.bin",
-                                "directory",
-                                ".",
-                                "",
-                                "/etc/hostname",
-                                "file:///etc/hostname",
-                                "http://localhost/x",
-                                "C:\\x",
-                                "C:/x",
-                                "\\\\host\\x",
-                                "//host/x",
-                                "missing.bin",
-                                "%zz",
-                                "%2",
-                                "x%00.bin",
-                                "sub\\x.bin"})
-    expect_refused(with(bad), "buffers[0].uri");
-  f.root["buffers"][0]["uri"] = std::string("sub/x.bin\0", 10);
-  expect_refused(with(std::string("sub/x.bin\0.png", 14)), "buffers[0].uri");
-}
-
-TEST(Guard, reads_data_uris_strictly) {
-  File f = triangle();
-  const auto with = [&](const std::string& uri) {
-    f.root["buffers"][0]["uri"] = uri;
-    return complaint(f.root.dump());
-  };
-  const std::string good = base64(f.binary);
-  EXPECT_EQ(with("data:application/octet-stream;base64," + good), "");
-  EXPECT_EQ(with("data:;base64," + good + base64({0, 0, 0})), "");  // longer than byteLength is fine
-  for (const std::string& bad :
-       {"data:application/octet-stream;base64" + good, "data:text/plain," + good,
-        "data:;base64," + good.substr(0, good.size() / 2), "data:;base64,!" + good.substr(1),
-        std::string("data:"), std::string("data:;base64,")})
-    expect_refused(with(bad), "buffers[0]");
+    File f = triangle();
+    f.root["nodes"] = chain;
+    f.root["scenes"][0]["nodes"][0] = levels - 1;
+    if (levels > options.limits.node_depth)
+      expect_refused(complaint(f), "at most 1024 levels of nodes");
+    else
+      EXPECT_EQ(load_file(f).instances.at(0).to_world[3].x, static_cast<float>(levels - 1));
+  }
 }
 
 TEST(Guard, keeps_to_its_limits) {
@@ -361,117 +322,25 @@ TEST(Guard, keeps_to_its_limits) {
   expect_refused(complaint(f), "at most");
 }
 
-// Replace each value of a file that uses everything by each of these: no crash, no exception but base::Error,
-// one line, and whatever loads is consistent.
-TEST(Guard, survives_every_single_mutation_of_a_file_that_uses_everything) {
+TEST(Guard, caps_what_small_files_ask_for) {
+  // A hundred thousand instances of a mesh of as many triangles, in a file of a few megabytes.
   File f = triangle();
-  f.data<float>("VEC3", 5126, 3, {0, 0, 1, 0, 0, 1, 0, 0, 1});
-  f.data<std::uint8_t>("VEC2", 5121, 3, {0, 0, 255, 0, 0, 255}, true);
-  f.root["accessors"][0]["sparse"] = json::parse(
-      R"({"count": 1, "indices": {"bufferView": 1, "componentType": 5123, "byteOffset": 2}, "values": {"bufferView": 0, "byteOffset": 12}})");
-  f.root["bufferViews"][0]["byteStride"] = 12;
-  json& primitive = f.root["meshes"][0]["primitives"][0];
-  primitive["attributes"]["NORMAL"] = 2;
-  primitive["attributes"]["TEXCOORD_0"] = 3;
-  primitive["material"] = 0;
-  primitive["mode"] = 4;
-  primitive["targets"] = json::parse(R"([{"POSITION": 0}])");
-  f.root["asset"]["generator"] = "hand";
-  f.root["extensionsUsed"] = json::parse(R"(["KHR_lights_punctual"])");
-  f.root["extensionsRequired"] = f.root["extensionsUsed"];
-  f.root["cameras"] =
-      json::parse(R"([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "aspectRatio": 1}},
-    {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 9}}])");
-  f.root["extensions"] =
-      json::parse(R"({"KHR_lights_punctual": {"lights": [{"type": "spot", "color": [1, 1, 1], "intensity": 5,
-    "range": 9, "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.5}}]}})");
-  f.root["samplers"] =
-      json::parse(R"([{"wrapS": 10497, "wrapT": 33071, "magFilter": 9728, "minFilter": 9729}])");
-  f.root["textures"] = json::parse(R"([{"sampler": 0}])");
-  f.root["materials"] =
-      json::parse(R"([{"name": "m", "doubleSided": true, "alphaMode": "MASK", "alphaCutoff": 0.4,
-    "emissiveFactor": [1, 1, 1], "normalTexture": {"index": 0, "scale": 1},
-    "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0, "roughnessFactor": 0.5,
-      "baseColorTexture": {"index": 0, "texCoord": 0,
-        "extensions": {"KHR_texture_transform": {"offset": [0, 1], "rotation": 1, "scale": [2, 2], "texCoord": 0}}}},
-    "extras": {"disney_sheen": 0.5, "disney_clearcoat_gloss": 1},
-    "extensions": {"KHR_materials_ior": {"ior": 1.4}, "KHR_materials_specular": {"specularFactor": 1, "specularColorFactor": [1, 1, 1]},
-      "KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.1},
-      "KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.1},
-      "KHR_materials_anisotropy": {"anisotropyStrength": 1, "anisotropyRotation": 1},
-      "KHR_materials_emissive_strength": {"emissiveStrength": 2}}}])");
-  f.root["skins"] = json::parse(R"([{"joints": [0]}])");
-  f.root["animations"] = json::parse(
-      R"([{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}], "samplers": [{"input": 0, "output": 0}]}])");
-  f.root["nodes"] = json::parse(
-      R"([{"mesh": 0, "children": [1, 2], "skin": 0, "translation": [1, 2, 3], "rotation": [0, 0, 0, 1],
-    "scale": [1, 2, 3]}, {"camera": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1],
-    "extensions": {"KHR_lights_punctual": {"light": 0}}}, {"camera": 1}])");
-  f.root["scenes"][0]["extras"] = json::parse(
-      R"({"environment_color": [1, 1, 1], "environment_strength": 1, "environment_rotation": 90})");
-  ASSERT_EQ(complaint(f), "");
-
-  const Folder folder;
-  const json flat = f.root.flatten();
-  std::set<std::string> pointers;
-  for (const auto& [pointer, value] : flat.items())
-    for (std::string part = pointer; !part.empty(); part = part.substr(0, part.rfind('/')))
-      pointers.insert(part);
-  int tried = 0, loaded = 0;
-  for (const std::string& pointer : pointers)
-    for (const char* value : {"null", "true", "-1", "0", "1e300", "1e-300", "7", "4294967295", "\"\"",
-                              "\"x\"", "[]", "{}", "[null]", "{\"a\":[]}", "delete"}) {
-      File bad = f;
-      const json::json_pointer at(pointer);
-      if (std::string(value) != "delete")
-        bad.root[at] = json::parse(value);
-      else if (bad.root[at.parent_pointer()].is_object())
-        bad.root[at.parent_pointer()].erase(at.back());
-      ++tried;
-      try {
-        const scene::Scene scene = load(folder.write("scene.glb", bad.to_glb()));
-        ++loaded;
-        for (const scene::Instance& i : scene.instances) {
-          const scene::Mesh& mesh = scene.meshes.at(static_cast<size_t>(i.mesh));
-          scene.materials.at(static_cast<size_t>(mesh.material));
-          for (const math::UVec3& t : mesh.triangles) mesh.positions.at(std::max({t.x, t.y, t.z}));
-          EXPECT_TRUE(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
-          for (int c = 0; c < 4; ++c)
-            for (int r = 0; r < 4; ++r)
-              EXPECT_TRUE(std::isfinite(i.to_world[c][r])) << pointer << ' ' << value;
-        }
-        for (const scene::Material& m : scene.materials)
-          for (const float x : {m.metallic, m.roughness, m.specular, m.sheen, m.clearcoat, m.anisotropic})
-            EXPECT_TRUE(x >= 0 && x <= 1) << pointer << ' ' << value;
-      } catch (const base::Error& error) {
-        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-        EXPECT_LT(std::strlen(error.what()), 500u) << error.what();
-      } catch (const std::exception& other) {
-        ADD_FAILURE() << pointer << " = " << value << ": " << other.what();
-      }
-    }
-  EXPECT_GT(tried, 2500);
-  EXPECT_GT(loaded, 100);
-  EXPECT_GT(tried - loaded, 1000);
-}
-
-// Flip bytes of a good .glb: fixed seed, no crash.
-TEST(Guard, survives_random_damage) {
-  const std::string good = triangle().to_glb();
-  std::uint64_t state = 1;
-  const auto next = [&] { return (state = state * 6364136223846793005ull + 1442695040888963407ull) >> 33; };
-  const Folder folder;
-  int loaded = 0;
-  for (int round = 0; round < 3000; ++round) {
-    std::string bad = good;
-    for (std::uint64_t k = 0; k <= next() % 4; ++k) bad[next() % bad.size()] = static_cast<char>(next());
-    try {
-      load(folder.write("scene.glb", bad));
-      ++loaded;
-    } catch (const base::Error& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-    }
+  f.root["accessors"][0].erase("bufferView");
+  f.root["accessors"][0]["count"] = 300'000;
+  f.root["meshes"][0]["primitives"][0].erase("indices");
+  f.root["nodes"] = json::array();
+  f.root["scenes"][0]["nodes"] = json::array();
+  for (int i = 0; i < 100'000; ++i) {
+    f.root["nodes"].push_back({{"mesh", 0}});
+    f.root["scenes"][0]["nodes"].push_back(i);
   }
-  EXPECT_GT(loaded, 20);
-  EXPECT_LT(loaded, 2900);
+  expect_refused(complaint(f), "nodes[2000]: wanted at most 200000000 triangles");
+  // As many accessors over one bufferView cost no more than their text.
+  f = triangle();
+  for (int i = 0; i < 100'000; ++i) f.root["accessors"].push_back(f.root["accessors"][0]);
+  EXPECT_EQ(complaint(f), "");
+  // More than the guard fills defaults into.
+  f.root["materials"] = json::array();
+  for (int i = 0; i < 20'000; ++i) f.root["materials"].push_back(json::object());
+  expect_refused(complaint(f), "materials: wanted at most 16384");
 }
