@@ -4,8 +4,9 @@
   judge.py find NAME      run the case that faults.toml names for this fault: exit 0 if the suite finds it
   judge.py control        run every case with no fault on: the planted renderer must draw the goldens, bit for bit
   judge.py places         every fault still has its place in the source
-  judge.py matrix [NAME…] every fault against every case, to BUILD/faulty/matrix.json and the table on standard
-                          output (docs/faults.md); with names, only these faults are run anew
+  judge.py table          every fault against its own case: the table of docs/faults.md
+  judge.py matrix [NAME…] every fault against every case, to BUILD/faulty/matrix.json and a table on standard
+                          output (nightly, an hour and a half); with names, only these faults are run anew
 
 A fault is found when a picture is CHANGED, NOISIER or BROKEN. UNDECIDED and ERROR do not count.
 Exit codes: 0 found, 1 not found, 2 could not run.
@@ -53,7 +54,7 @@ def exactly(case):
 
 def change(result):
     """Relative change of the image's mean luminance; None where the judge had nothing to compare."""
-    for stage in ("paired", "fresh"):
+    for stage in ("paired", "welch"):
         image = ((result["golden"].get(stage) or {}).get("image") or {}).get("luminance")
         if image and image["relative"] is not None:
             return image["relative"]
@@ -96,6 +97,30 @@ def matrix(build, names):
     return 0 if all(found_by(table[f["name"]]) for f in faults if f["name"] in table) else 1
 
 
+def table(build):
+    """Every fault against its own case, as Markdown."""
+    faults = plant.read_faults()
+    lines = ["| fault | what is wrong | in | found by | verdict | the picture's mean |", "|---|---|---|---|---|---|"]
+    subtle = missed = 0
+    for number, fault in enumerate(faults, 1):
+        print("[%d/%d] %s" % (number, len(faults), fault["name"]), file=sys.stderr, flush=True)
+        result = run_suite(build, fault["name"], exactly(fault["case"]))[fault["case"]]
+        moved = change(result)
+        subtle += moved is not None and abs(moved) < .01
+        missed += result["verdict"] not in FOUND
+        lines.append("| %s | %s | %s | %s | %s | %s |" % (
+            fault["name"], fault["why"], fault["file"].split("/")[1], fault["case"], result["verdict"],
+            "" if moved is None else "%+.2f %%" % (100 * moved)))
+    rooms = {}
+    for fault in faults:
+        room = fault["file"].split("/")[1]
+        rooms[room] = rooms.get(room, 0) + 1
+    print("%d faults (%s), %d found. %d move the mean of their picture by less than 1 %%.\n" % (
+        len(faults), ", ".join("%s %d" % r for r in sorted(rooms.items())), len(faults) - missed, subtle))
+    print("\n".join(lines))
+    return 1 if missed else 0
+
+
 def found_by(row):
     return sorted(case for case, (verdict, _) in row.items() if verdict in FOUND)
 
@@ -128,7 +153,7 @@ def report(faults, table):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=Path, default=HERE.parent.parent / "build", help="the build folder")
-    parser.add_argument("command", choices=["find", "control", "places", "matrix"])
+    parser.add_argument("command", choices=["find", "control", "places", "table", "matrix"])
     parser.add_argument("name", nargs="*")
     a = parser.parse_args()
     if not (a.build / "faulty/bin/assay").exists():
@@ -137,7 +162,7 @@ def main():
         if len(a.name) != 1:
             parser.error("find: wanted one NAME")
         sys.exit(find(a.build, a.name[0]))
-    sys.exit({"control": control, "places": places}[a.command](a.build) if a.command != "matrix"
+    sys.exit({"control": control, "places": places, "table": table}[a.command](a.build) if a.command != "matrix"
              else matrix(a.build, a.name))
 
 
