@@ -33,6 +33,7 @@ import json
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -76,13 +77,17 @@ def run_inside(blender, job, on_answer=lambda answer: None):
     try:
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
                               env=dict(os.environ, PYTHONDONTWRITEBYTECODE="1")) as process:
-            for line in process.stdout:
-                if line.startswith("compare: "):
-                    answer = json.loads(line[9:])
-                    answers.update(answer)
-                    on_answer(answer)
-                else:
-                    last = (last + [line.rstrip()])[-40:]
+            try:
+                for line in process.stdout:
+                    if line.startswith("compare: "):
+                        answer = json.loads(line[9:])
+                        answers.update(answer)
+                        on_answer(answer)
+                    else:
+                        last = (last + [line.rstrip()])[-40:]
+            except BaseException:  # stopped: Blender must not go on alone
+                process.kill()
+                raise
     finally:
         os.remove(path)
     if "error" in answers:
@@ -327,6 +332,7 @@ def summary(result):
 
 def main(argv):
     arguments = arguments_of(argv)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         result = compare(arguments, Progress(arguments.quiet))
     except (Failure, suite.CaseError, gltf.GltfError, OSError) as error:
