@@ -45,6 +45,11 @@ Floor noise_floor(const std::vector<image::Image>& images) {
   return floor;
 }
 
+suite::Case::Limits limits_of(const Floor& floor, double factor) {
+  return {std::min(1., round_up(std::max(factor * floor.flip, least_flip))),
+          round_up(std::max(factor * floor.rmse, std::max(least_relative_rmse * floor.mean, 1e-9)))};
+}
+
 image::Render picture(const CalibrateOptions& options, const suite::Case& c, const suite::Job& job,
                       const suite::Outcome& outcome) {
   if (!outcome.ok) base::fail(c.name, ": ", outcome.error);
@@ -59,13 +64,17 @@ std::string shortest(double x) {
   return text.str();
 }
 
-void write_case(const suite::Case& c, const suite::Case::Limits& limits, int spp) {
+void write_case(const suite::Case& c, const suite::Case::Limits& limits, int spp, double tile_margin) {
   std::ifstream stream(c.file, std::ios::binary);
   std::ostringstream old;
   old << stream.rdbuf();
   std::string text = suite::with_member(
       old.str(), "limits",
       "{\"flip\": " + shortest(limits.flip) + ", \"rmse\": " + shortest(limits.rmse) + "}");
+  if (tile_margin != c.margin_tile)
+    text = suite::with_member(
+        text, "margins",
+        "{\"image\": " + shortest(c.margin_image) + ", \"tile\": " + shortest(tile_margin) + "}");
   if (spp != c.spp) text = suite::with_member(text, "spp", std::to_string(spp));
   if (text != old.str()) image::write_file(c.file, text.data(), text.size());
 }
@@ -99,18 +108,17 @@ void calibrate_case(const CalibrateOptions& options, suite::Case c) {
   for (std::size_t j = 0; j < jobs.size(); ++j)
     images.push_back(picture(options, c, jobs[j], outcomes[j]).mean);
   const Floor floor = noise_floor(images);
-  const suite::Case::Limits limits{
-      std::min(1., round_up(std::max(options.factor * floor.flip, least_flip))),
-      round_up(std::max(options.factor * floor.rmse, std::max(least_relative_rmse * floor.mean, 1e-9)))};
+  const suite::Case::Limits limits = limits_of(floor, options.factor);
   for (const suite::Job& job : jobs) fs::remove(job.out);
 
   std::printf(
       "%-32s floor FLIP %.4f RMSE %.4g  limits %g %g  spp %d (margins need %d%s)  half-widths of what they "
-      "allow: image %.2f tiles %.2f witnesses %.2f\n",
+      "allow: image %.2f tiles %.2f witnesses %.2f; tile margin %g\n",
       c.name.c_str(), floor.flip, floor.rmse, limits.flip, limits.rmse, c.spp, need.spp,
       affordable < need.spp ? (", " + std::to_string(affordable) + " in the budget").c_str() : "", need.image,
-      need.tile, need.witness);
-  if (!options.dry_run) write_case(before, limits, c.spp);
+      need.tile, need.witness, need.tile_margin);
+  if (!options.dry_run)
+    write_case(before, limits, c.spp, options.set_margins ? need.tile_margin : before.margin_tile);
   if (!options.dry_run && c.spp != before.spp && fs::exists(options.layout.golden_file(c.name)))
     std::printf("%-32s its golden is stale now: %d samples instead of %d\n", "", c.spp, before.spp);
   std::fflush(stdout);
@@ -124,18 +132,25 @@ double round_up(double x) {
   return std::ceil(x / unit * (1 - 1e-12)) * unit;
 }
 
+suite::Case::Limits calibrated_limits(const std::vector<image::Image>& images, double factor) {
+  return limits_of(noise_floor(images), factor);
+}
+
 SampleNeed samples_needed(const suite::Case& c, const image::Render& picture) {
   metric::WelchOptions options;
   options.image_margin = c.margin_image;
   options.tile_margin = c.margin_tile;
   const metric::Noisy render{picture.mean, *picture.variance, c.replicates};
+  options.false_alarm = metric::sidak(metric::case_false_alarm(), 6);  // of one look of stage 2
   // A render against one like it: the half-widths that a comparison with the golden will have.
   const metric::Comparison comparison = metric::compare_welch(render, render, options);
   if (!comparison.ok()) base::fail(c.name, ": ", comparison.failure);
   const auto half_width = [](const metric::Difference& d) { return (d.interval.high - d.interval.low) / 2; };
   SampleNeed need;
+  // The margin must be shown where there is no bias, and a bias as large as the margin be found.
   for (const metric::Difference& d : comparison.image)
     need.image = std::max(need.image, half_width(d) / (share_of_margin * c.margin_image));
+  need.image = std::max(need.image, comparison.image[metric::luminance].detectable / c.margin_image);
   for (const suite::Witness& w : c.witnesses) {
     if (suite::needs_own_render(c, w) || w.quantity == "brdf") continue;
     // 3.5 standard errors of our mean alone; the witness's own are not ours to reduce.
@@ -154,6 +169,9 @@ SampleNeed samples_needed(const suite::Case& c, const image::Render& picture) {
   for (const metric::Tile& tile : comparison.tiles)
     for (const metric::Difference& d : tile.difference)
       need.tile = std::max(need.tile, half_width(d) / (share_of_margin * c.margin_tile));
+  // A sound picture's worst of a few hundred tiles is 3.7 standard errors off, and its interval 2.6 wide.
+  const double wide = need.tile * share_of_margin * c.margin_tile * (3.7 + 2.6) / 2.6;
+  need.tile_margin = std::min(1., std::max(suite::Case{}.margin_tile, std::ceil(100 * wide) / 100));
   // Half-widths fall with the square root of the samples, or faster.
   const double wanted = c.spp * std::pow(std::max({need.image, need.tile, need.witness}), 2);
   need.spp = c.replicates;
@@ -170,7 +188,7 @@ int calibrate(const CalibrateOptions& options) {
     try {
       calibrate_case(options, suite::read_case(options.layout, name));
     } catch (const base::Error& error) {
-      std::cerr << "assay: " << error.what() << "\n";
+      std::cerr << "assay: calibrate: " << error.what() << "\n";
       exit_code = 2;
     }
   }

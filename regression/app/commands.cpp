@@ -16,6 +16,8 @@
 #include "app/new_case.h"
 #include "app/results.h"
 #include "app/run.h"
+#include "app/study.h"
+#include "app/version.h"
 #include "base/error.h"
 #include "image/io.h"
 #include "report/report.h"
@@ -30,6 +32,7 @@ constexpr const char* description =
 
   assay run                        render every case, judge it, write build/results and the report
   assay run -k 'furnace*' -j 2     only some
+  assay run --quick                only those whose first samples differ; seconds if nothing changed
   assay report                     write the page about the last run again: build/report/index.html
   assay review                     what is pending, with numbers
   assay accept cornell --because "Box moved by 1 cm, see #12"
@@ -70,6 +73,8 @@ void demand_cases(const suite::Layout& layout, const std::vector<std::string>& n
 
 // A number from low to high; CLI11's own ranges let NaN through.
 CLI::Validator between(double low, double high) {
+  std::ostringstream range;  // as CLI11 describes its own ranges in --help
+  range << "in [" << low << " - " << high << "]";
   return CLI::Validator(
       [=](std::string& text) -> std::string {
         double value = 0;
@@ -79,7 +84,7 @@ CLI::Validator between(double low, double high) {
         message << "wanted a number from " << low << " to " << high << ", found " << text;
         return message.str();
       },
-      "");
+      range.str());
 }
 
 // Where a user's own picture may go.
@@ -103,21 +108,33 @@ suite::RendererCommand renderer_of(const suite::Layout& layout, const std::optio
   return renderer;
 }
 
+// Every error of the program begins with its name.
+void complain(const std::string& message) {
+  std::cerr << (message.rfind("assay: ", 0) == 0 ? "" : "assay: ") << message << std::endl;
+}
+
+// The cases that a pattern selects.
+std::vector<std::string> selected(const suite::Layout& layout, const std::string& pattern) {
+  std::vector<std::string> names;
+  for (const std::string& name : suite::case_names(layout))
+    if (pattern.empty() || suite::matches(pattern, name)) names.push_back(name);
+  if (names.empty())
+    base::fail_in("-k", "", "a pattern that some case has (assay run --list)", "'" + pattern + "'");
+  return names;
+}
+
 struct RunArguments {
   Common common;
   std::string pattern;
   std::optional<std::string> renderer;
-  bool list = false, require_witnesses = false;
+  bool list = false, require_witnesses = false, quick = false;
   int threads = 0;
 };
 
 int run_command(const RunArguments& a, const std::string& program) {
   RunOptions options;
   options.layout = a.common.layout();
-  for (const std::string& name : suite::case_names(options.layout))
-    if (a.pattern.empty() || suite::matches(a.pattern, name)) options.names.push_back(name);
-  if (options.names.empty())
-    base::fail_in("-k", "", "a pattern that some case has (assay run --list)", "'" + a.pattern + "'");
+  options.names = selected(options.layout, a.pattern);
   if (a.list) {
     for (const std::string& name : options.names) {
       std::cout << name << "\n    " << suite::read_case(options.layout, name).why << "\n";
@@ -126,6 +143,7 @@ int run_command(const RunArguments& a, const std::string& program) {
   }
   options.renderer = renderer_of(options.layout, a.renderer, a.threads);
   options.require_witnesses = a.require_witnesses;
+  options.quick = a.quick;
   options.program = program;
   if (!a.common.suite.empty()) options.accept_options += " --suite " + a.common.suite;
   if (!a.common.build.empty()) options.accept_options += " --build " + a.common.build;
@@ -137,13 +155,18 @@ int run_command(const RunArguments& a, const std::string& program) {
   options.on_case = [&](const CaseOutcome& c) {
     clear();
     std::cout << line_of(c) << std::endl;
+    // What could not run is an error of this program's run, too, wherever its output goes.
+    if (c.golden.verdict == suite::Verdict::error) complain(c.name + ": " + c.golden.reason);
+    for (const WitnessOutcome& w : c.witnesses)
+      if (w.result.verdict == suite::Verdict::error && w.result.reason != c.golden.reason)
+        complain(c.name + ": " + w.entry.label + ": " + w.result.reason);
   };
   if (terminal)
     options.on_progress = [&](const std::string& line) { clear(), std::cerr << line << std::flush; };
   const RunResult result = run(options);
   clear();
   std::cout << summary_of(options, result) << std::flush;
-  std::cout << "report: " << report::write(options.layout.build) << std::endl;
+  if (!result.cases.empty()) std::cout << "report: " << report::write(options.layout.build) << std::endl;
   return result.exit_code;
 }
 
@@ -240,11 +263,30 @@ struct CalibrateArguments {
 
 int calibrate_command(const CalibrateArguments& a, CalibrateOptions options) {
   options.layout = a.common.layout();
+  if (a.all && !a.names.empty())
+    base::fail("calibrate: wanted names of cases or --all, found both (", a.names.front(), ")");
   options.names = a.all ? suite::case_names(options.layout) : a.names;
   if (options.names.empty()) base::fail_in("calibrate", "", "names of cases, or --all", "neither");
   demand_cases(options.layout, options.names);
   options.renderer = renderer_of(options.layout, a.renderer, a.threads);
   return calibrate(options);
+}
+
+struct StudyArguments {
+  Common common;
+  std::string pattern;
+  std::optional<std::string> renderer;
+  int threads = 0;
+};
+
+int study_command(const StudyArguments& a, StudyOptions options, const std::vector<std::string>& arguments,
+                  int (*study)(const StudyOptions&)) {
+  options.layout = a.common.layout();
+  options.names = selected(options.layout, a.pattern);
+  options.renderer = renderer_of(options.layout, a.renderer, a.threads);
+  options.command = "assay";
+  for (std::size_t i = 1; i < arguments.size(); ++i) options.command += " " + arguments[i];
+  return study(options);
 }
 
 void add_renderer(CLI::App* command, std::optional<std::string>& renderer, int& threads) {
@@ -270,6 +312,7 @@ int dispatch(const std::vector<std::string>& arguments) {
   CLI::App app(description);
   app.name("assay");
   app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("assay ") + version, "Print version and commit");
   int code = 2;
 
   RunArguments run_arguments;
@@ -280,6 +323,8 @@ int dispatch(const std::vector<std::string>& arguments) {
       ->type_name("PATTERN");
   run->add_flag("--list", run_arguments.list, "List the cases and why they are there");
   run->add_flag("--require-witnesses", run_arguments.require_witnesses, "A witness that is SKIPPED fails");
+  run->add_flag("--quick", run_arguments.quick,
+                "First only the first 16 samples: cases that have their golden's are not looked at further");
   add_renderer(run, run_arguments.renderer, run_arguments.threads);
   run->footer("Example: assay run -k basic_pl --renderer 'mytool {scene} -o {out} -s {spp} --seed {seed}'");
   run->callback([&] { code = run_command(run_arguments, arguments.front()); });
@@ -388,6 +433,8 @@ int dispatch(const std::vector<std::string>& arguments) {
       ->check(between(1, 3));
   calibrate_app->add_flag("--set-spp", calibrate_options.set_spp,
                           "Also set spp so that the margins can be shown");
+  calibrate_app->add_flag("--set-margins", calibrate_options.set_margins,
+                          "Also set the margin of tiles to what the samples can show, at least 5 %");
   calibrate_app
       ->add_option("--budget", calibrate_options.budget_s,
                    "Seconds one render may take with --set-spp; default 3")
@@ -396,6 +443,44 @@ int dispatch(const std::vector<std::string>& arguments) {
   add_renderer(calibrate_app, calibrate_arguments.renderer, calibrate_arguments.threads);
   calibrate_app->callback([&] { code = calibrate_command(calibrate_arguments, calibrate_options); });
 
+  StudyArguments null_arguments, power_arguments;
+  StudyOptions null_options, power_options;
+  CLI::App* study = app.add_subcommand("study", "Measure the judge's own error rates: docs/judge.md");
+  study->require_subcommand(1);
+  const auto add_study = [&](const char* name, const char* what, StudyArguments& a, StudyOptions& o,
+                             int (*run_it)(const StudyOptions&)) {
+    CLI::App* command = study->add_subcommand(name, what);
+    add_common(command, a.common);
+    command->add_option("-k", a.pattern, "Only cases whose name holds PATTERN")->type_name("PATTERN");
+    command->add_option("--write", o.write_file, "Put the tables into this page, between the study's markers")
+        ->type_name("FILE.md");
+    add_renderer(command, a.renderer, a.threads);
+    command->callback([&, run_it] { code = study_command(a, o, arguments, run_it); });
+    return command;
+  };
+  CLI::App* null_app = add_study("null", "How often a picture that differs by noise alone is called changed",
+                                 null_arguments, null_options, study_null);
+  null_app
+      ->add_option("--trials", null_options.trials,
+                   "Golden, render and fresh seeds, of all cases; 1 to 10 million")
+      ->check(CLI::Range(1, 10000000))
+      ->capture_default_str();
+  null_app->add_option("--level", null_options.level, "False alarms a case may give; 1e-8 to 0.5")
+      ->check(between(1e-8, .5))
+      ->capture_default_str();
+  null_app->add_option("--pixels", null_options.pixels, "Of a picture, about; 64 to 65536")
+      ->check(CLI::Range(64, 65536))
+      ->capture_default_str();
+  null_app->add_option("--spp", null_options.spp, "Samples of a pixel, in 8 replicates; 8 to 4096")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
+  CLI::App* power_app =
+      add_study("power", "How often a bias of known size is found, at the cases' own samples",
+                power_arguments, power_options, study_power);
+  power_app->add_option("--seeds", power_options.seeds, "Trials of each case and bias; 3 to 1000")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
+
   // A wrong first word deserves a better answer than a list of what is required.
   const std::vector<std::string> words = command_words(app);
   if (arguments.size() > 1 && arguments[1].rfind('-', 0) != 0 &&
@@ -403,7 +488,7 @@ int dispatch(const std::vector<std::string>& arguments) {
     const std::string near = suite::near_miss(arguments[1], words);
     std::string all;
     for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
-    base::fail_in("assay", "", near.empty() ? "one of " + all : "a command (did you mean " + near + "?)",
+    base::fail_in("command", "", near.empty() ? "one of " + all : "a command (did you mean " + near + "?)",
                   "'" + arguments[1] + "'");
   }
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend() - 1);
@@ -412,7 +497,7 @@ int dispatch(const std::vector<std::string>& arguments) {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    base::fail("assay: ", error.what(), " (assay --help, assay COMMAND --help)");
+    base::fail(error.what(), " (assay --help, assay COMMAND --help)");
   }
   return code;
 }
@@ -423,7 +508,7 @@ int assay_main(const std::vector<std::string>& arguments) {
   try {
     return dispatch(arguments);
   } catch (const std::exception& error) {
-    std::cerr << (dynamic_cast<const base::Error*>(&error) ? "" : "assay: ") << error.what() << "\n";
+    complain(error.what());
     return 2;
   }
 }

@@ -106,13 +106,18 @@ int compare(const CompareOptions& options) {
   const auto limit = [](const std::optional<double>& l) {
     return l ? " (limit " + std::to_string(*l) + ")" : "";
   };
-  std::cout << (identical ? "identical pixels" : same ? "inside the limits" : "different") << "\n";
-  if (bad) std::cout << bad << " pixels are not finite\n";
+  if (bad)
+    std::cout << (identical ? "identical bits, but no pictures to compare" : "different") << ": "
+              << flip.non_finite_reference << " pixels of the reference and " << flip.non_finite_test
+              << " of the test are not finite\n";
+  else
+    std::cout << (identical ? "identical pixels" : same ? "inside the limits" : "different") << "\n";
   if (flip.ok())
     std::cout << (ldr ? "LDR" : "HDR") << "-FLIP mean " << flip.mean << limit(options.max_flip)
               << ", weighted median " << flip.weighted_median << ", max " << flip.max << "\n";
-  else
+  else if (!bad)
     std::cout << "FLIP: " << flip.failure << "\n";
+  if (bad) return 1;
   std::cout << "RMSE " << rmse.rmse << limit(options.max_rmse) << ", relMSE " << rmse.relative_mse
             << ", largest difference " << rmse.max_difference << "\n";
   const Json& b = out["bias"];

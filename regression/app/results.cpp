@@ -215,6 +215,7 @@ void write_run(const RunOptions& options, const RunResult& result) {
               {"cases", Json::array()},
               {"orphans", result.orphans}};
   for (const CaseOutcome& c : result.cases) out["cases"].push_back(c.name);
+  if (options.quick) out["quick"] = result.quick;
   write_json(options.layout.build + "/run.json", out);
 }
 
@@ -266,6 +267,10 @@ std::string summary_of(const RunOptions& options, const RunResult& result) {
     }
   }
   std::ostringstream text;
+  if (!result.quick.empty())
+    text << "\n"
+         << result.quick.size() << (result.quick.size() == 1 ? " case has" : " cases have")
+         << " their golden's first samples (--quick: no more was looked at)\n";
   const auto counts = [&](const std::map<suite::Verdict, int>& by_verdict) {
     const char* comma = " ";
     for (const auto& [verdict, count] : by_verdict) {

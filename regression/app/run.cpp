@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 
+#include "app/quick.h"
 #include "app/results.h"
 #include "base/error.h"
 #include "image/io.h"
@@ -26,17 +27,15 @@ class Run {
   explicit Run(const RunOptions& options) : options_(options), layout_(options.layout) {}
 
   RunResult all() {
-    const auto start = std::chrono::steady_clock::now();
     prepare();
     first_batch();
     for (int look = 1; look <= 2; ++look) fresh_batch(look);
     for (std::size_t i = 0; i < result_.cases.size(); ++i) settle(i);
+    sign_pending();
     result_.orphans = golden::orphans(layout_);
     result_.exit_code = result_.orphans.empty() ? 0 : 1;
     for (const CaseOutcome& c : result_.cases)
       result_.exit_code = std::max(result_.exit_code, c.exit_code(options_.require_witnesses));
-    result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    write_run(options_, result_);
     return std::move(result_);
   }
 
@@ -218,7 +217,8 @@ class Run {
       if (!outcome.golden.flip_map.empty())
         outcome.map_file = write_map(outcome.name + ".flip", outcome.golden.flip_map);
     }
-    if (outcome.golden.verdict != Verdict::identical) {
+    // An identical picture is worth a new golden only if the old one cannot be looked at quickly.
+    if (outcome.golden.verdict != Verdict::identical || goldens_[i]->quick_hash.empty()) {
       golden::write_pending(layout_, c, outcome.hashes, *render, goldens_[i]);
       outcome.pending_file = layout_.pending_file(c.name);
     }
@@ -289,6 +289,18 @@ class Run {
     });
   }
 
+  // What may become a golden carries the hash of its first samples.
+  void sign_pending() {
+    std::vector<suite::Case> cases;
+    for (const CaseOutcome& c : result_.cases)
+      if (!c.pending_file.empty()) cases.push_back(*c.a_case);
+    if (cases.empty()) return;
+    const auto hashes = quick_hashes(options_, cases);
+    for (const suite::Case& c : cases)
+      if (const auto hash = hashes.find(c.name); hash != hashes.end())
+        golden::add_quick_hash(layout_, c, hash->second);
+  }
+
   // The verdict stands: write it down and tell.
   void settle(std::size_t i) {
     if (settled_[i]) return;
@@ -336,7 +348,22 @@ int CaseOutcome::exit_code(bool require_witnesses) const {
   return code;
 }
 
-RunResult run(const RunOptions& options) { return Run(options).all(); }
+RunResult run(const RunOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  RunOptions rest = options;
+  std::vector<std::string> same;
+  if (options.quick) {
+    same = quickly_identical(options);
+    std::erase_if(rest.names, [&](const std::string& name) {
+      return std::find(same.begin(), same.end(), name) != same.end();
+    });
+  }
+  RunResult result = Run(rest).all();
+  result.quick = std::move(same);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  write_run(options, result);
+  return result;
+}
 
 suite::Job job_of(const suite::Layout& layout, const suite::Case& c) {
   suite::Job job;

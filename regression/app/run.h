@@ -43,20 +43,23 @@ struct RunOptions {
   suite::RendererCommand renderer;
   std::vector<std::string> names;
   bool require_witnesses = false;
-  std::string program = "assay", accept_options;             // as the accept command should be typed
+  bool quick = false;                             // cases whose first samples are the golden's need no more
+  std::string program = "assay", accept_options;  // as the accept command should be typed
   std::function<void(const CaseOutcome&)> on_case = {};      // as soon as its verdict stands
   std::function<void(const std::string&)> on_progress = {};  // "rendering 3 of 27: cornell"
 };
 
 struct RunResult {
   std::vector<CaseOutcome> cases;    // in the order of options.names
+  std::vector<std::string> quick;    // the cases that options.quick found identical; not among `cases`
   std::vector<std::string> orphans;  // one line each; any fails the run
   double seconds = 0;
   int exit_code = 2;
 };
 
 // Judges and writes build/results/NAME.json for each case, the maps beside them, pending pictures, and
-// build/run.json.
+// build/run.json. With options.quick only for the cases whose first samples differ; what is on disk of the
+// others stays as it was.
 RunResult run(const RunOptions& options);
 
 // The job that makes a case's own picture.

@@ -7,63 +7,19 @@
 #include <filesystem>
 #include <limits>
 
-#include "app/calibrate.h"
-#include "app/commands.h"
+#include "app/testing.h"
 #include "base/error.h"
-#include "suite/schema.h"
-#include "suite/testing.h"
 
 namespace app {
 namespace {
 
 namespace fs = std::filesystem;
 using suite::Verdict;
-using suite::testing::Recipe;
-using suite::testing::render;
+using testing::recipe;
+using testing::Recipe;
+using testing::render;
 
-Recipe recipe(unsigned seed, double factor = 1, int spp = 64) {
-  Recipe r;
-  r.seed = seed, r.spp = spp;
-  r.factor = [factor](int, int) { return factor; };
-  return r;
-}
-
-class Runs : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (const char* ci = std::getenv("CI")) ci_ = ci;
-    ::unsetenv("CI");
-    suite_.add_case("a");
-    suite_.prepare("a", render(recipe(1)));
-  }
-  void TearDown() override {
-    if (!ci_.empty()) ::setenv("CI", ci_.c_str(), 1);
-  }
-  // `assay` with these arguments on the fake suite, output swallowed.
-  int assay(std::vector<std::string> arguments, bool with_renderer = false) {
-    arguments.insert(arguments.begin(), "assay");
-    if (arguments.size() > 1 && arguments[1] != "compare" && arguments[1][0] != '-')
-      arguments.insert(arguments.end(), {"--suite", suite_.layout.root, "--build", suite_.layout.build});
-    if (with_renderer) arguments.insert(arguments.end(), {"--renderer", suite_.command});
-    ::testing::internal::CaptureStdout();
-    ::testing::internal::CaptureStderr();
-    const int code = assay_main(arguments);
-    out_ = ::testing::internal::GetCapturedStdout();
-    err_ = ::testing::internal::GetCapturedStderr();
-    return code;
-  }
-  int run_all() { return assay({"run"}, true); }
-  void bless(const std::vector<std::string>& names) {
-    run_all();
-    std::vector<std::string> arguments{"accept"};
-    arguments.insert(arguments.end(), names.begin(), names.end());
-    arguments.insert(arguments.end(), {"--because", "test"});
-    ASSERT_EQ(assay(arguments), 0) << err_;
-  }
-  nlohmann::json result(const std::string& name) { return suite::read_json(suite_.layout.result_file(name)); }
-  suite::testing::FakeSuite suite_;
-  std::string ci_, out_, err_;
-};
+class Runs : public testing::Runs {};
 
 TEST_F(Runs, fail_on_a_missing_golden_write_none_and_leave_a_pending_picture) {
   EXPECT_EQ(run_all(), 1);
@@ -162,6 +118,7 @@ TEST_F(Runs, end_in_2_when_the_renderer_crashes_and_judge_the_others) {
   EXPECT_EQ(run_all(), 2);
   EXPECT_EQ(result("b")["verdict"], "ERROR");
   EXPECT_NE(result("b")["reason"].get<std::string>().find("cp: "), std::string::npos);
+  EXPECT_EQ(err_.rfind("assay: b: renderer ", 0), 0u) << err_;  // on standard error, too
   EXPECT_EQ(result("a")["verdict"], "IDENTICAL");
 }
 
@@ -249,129 +206,6 @@ TEST_F(Runs, give_a_renderer_without_variance_a_seed_per_replicate) {
                 64;  // eight replicates of the recipe, averaged over 8 seeds, at 8 samples
   }
   EXPECT_NEAR(variance / expected, 1, .1);
-}
-
-TEST_F(Runs, end_with_a_report_that_the_command_report_writes_again) {
-  bless({"a"});
-  EXPECT_EQ(run_all(), 0);
-  const std::string file = suite_.layout.build + "/report/index.html", html = suite::testing::read_text(file);
-  EXPECT_NE(out_.find("report: " + file), std::string::npos) << out_;
-  EXPECT_NE(html.find("IDENTICAL"), std::string::npos);
-  std::filesystem::remove(file);
-  EXPECT_EQ(assay({"report"}), 0) << err_;
-  EXPECT_EQ(suite::testing::read_text(file), html);
-  std::filesystem::remove_all(suite_.layout.build);
-  EXPECT_EQ(assay({"report"}), 2);
-}
-
-TEST_F(Runs, select_cases_and_refuse_patterns_that_select_none) {
-  suite_.add_case("b");
-  bless({"a"});
-  EXPECT_EQ(assay({"run", "-k", "a"}, true), 0) << out_;
-  EXPECT_EQ(assay({"run", "-k", "zzz"}, true), 2);
-  EXPECT_EQ(assay({"run", "--list"}), 0);
-  EXPECT_EQ(out_, "a\n    A test.\nb\n    A test.\n");
-}
-
-TEST_F(Runs, measure_noise_and_write_limits_into_the_case) {
-  for (int s = 0; s < 4; ++s)
-    suite_.prepare("a", render(recipe(suite::fresh_seed(1, 100 + s))), suite::fresh_seed(1, 100 + s));
-  const std::string before = suite::testing::read_text(suite_.layout.case_file("a"));
-  EXPECT_EQ(assay({"calibrate", "a", "--dry-run"}, true), 0) << err_;
-  EXPECT_EQ(suite::testing::read_text(suite_.layout.case_file("a")), before);
-  EXPECT_EQ(assay({"calibrate", "a", "--factor", "2"}, true), 0) << err_;
-  const suite::Case c = suite::read_case(suite_.layout, "a");
-  // Two renders of 8 replicates differ by sqrt(2/8) of a replicate's noise: .02 of a mean of .82.
-  EXPECT_NEAR(c.limits->rmse, 2 * .02 * .84 * std::sqrt(2. / 8), .003);
-  EXPECT_GT(c.limits->flip, 0);
-  EXPECT_LT(c.limits->flip, .1);
-  EXPECT_EQ(assay({"calibrate", "a", "--factor", "4"}, true), 2);  // at most 3 times the floor
-  ::setenv("CI", "1", 1);
-  EXPECT_EQ(assay({"calibrate", "a"}, true), 2);
-  ::unsetenv("CI");
-}
-
-TEST_F(Runs, choose_samples_that_the_margins_need) {
-  suite::Case c = suite::read_case(suite_.layout, "a");
-  c.margin_tile = 1, c.margin_image = .002;
-  const SampleNeed need = samples_needed(c, render(recipe(1)));
-  // sqrt(2) * .02 / sqrt(8 * 256) = .0625 %, times 2.6 for 99 %, times 1.13 for the brightest channel,
-  // against .7 * .2 %.
-  EXPECT_NEAR(need.image, 1.31, .08);
-  EXPECT_EQ(need.spp, 128);
-  EXPECT_DOUBLE_EQ(round_up(.01234), .013);
-  EXPECT_DOUBLE_EQ(round_up(120), 120);
-}
-
-TEST_F(Runs, audit_what_is_stored_without_rendering) {
-  bless({"a"});
-  EXPECT_EQ(assay({"audit"}), 0) << out_;
-  suite_.add_case("b");
-  EXPECT_EQ(assay({"audit"}), 1);
-  EXPECT_NE(out_.find("b: golden missing"), std::string::npos);
-  fs::remove(suite_.layout.case_file("b"));
-  image::Render golden = image::read_render(suite_.layout.golden_file("a"));
-  golden.header.erase("assay:because");
-  image::write_exr(suite_.layout.golden_file("a"), golden);
-  EXPECT_EQ(assay({"audit"}), 1);
-  EXPECT_NE(out_.find("assay:because"), std::string::npos);
-}
-
-TEST_F(Runs, review_lists_what_is_pending_and_reject_empties_it) {
-  run_all();
-  EXPECT_EQ(assay({"review"}), 0);
-  EXPECT_NE(out_.find("golden missing"), std::string::npos);
-  EXPECT_NE(out_.find("accept a "), std::string::npos);
-  EXPECT_EQ(assay({"reject", "a"}), 0);
-  EXPECT_EQ(assay({"review"}), 0);
-  EXPECT_EQ(out_, "nothing is pending\n");
-  EXPECT_EQ(assay({"reject", "a"}), 2);
-}
-
-TEST_F(Runs, compare_pictures_with_exit_codes_that_mean_something) {
-  const std::string a = suite_.path() + "/x.exr", b = suite_.path() + "/y.exr",
-                    map = suite_.path() + "/map.exr";
-  image::write_exr(a, render(recipe(1)));
-  image::write_exr(b, render(recipe(2)));
-  EXPECT_EQ(assay({"compare", a, a}), 0);
-  EXPECT_EQ(assay({"compare", a, b}), 1);
-  EXPECT_EQ(assay({"compare", a, b, "--max-flip", "0.5", "--max-rmse", "0.5", "--flip-map", map}), 0);
-  // Not a number is no limit, and a map goes into a picture in a folder that exists.
-  for (const char* option : {"--max-flip", "--max-rmse", "--ppd"})
-    EXPECT_EQ(assay({"compare", a, b, option, "nan"}), 2) << option;
-  EXPECT_EQ(assay({"compare", a, b, "--flip-map", map + ".txt"}), 2);
-  EXPECT_EQ(assay({"compare", a, b, "--flip-map", "/dev/full"}), 2);
-  EXPECT_EQ(assay({"compare", a, b, "--flip-map", map + ".folder/map.exr"}), 2);
-  EXPECT_EQ(image::read_render(map).mean.width, 16);
-  EXPECT_EQ(assay({"compare", a, b, "--max-rmse", "0.0001"}), 1);
-  EXPECT_EQ(assay({"compare", a, b, "--json"}), 1);
-  const nlohmann::json j = nlohmann::json::parse(out_);
-  EXPECT_EQ(j["flip"]["kind"], "hdr");
-  EXPECT_FALSE(j["bias"]["biased"].get<bool>());
-  image::Render bad = render(recipe(1));
-  bad.mean.at(0, 0, 0) = std::numeric_limits<float>::infinity();
-  image::write_exr(b, bad);
-  EXPECT_EQ(assay({"compare", b, b}), 1);
-  EXPECT_EQ(assay({"compare", b, b, "--max-flip", "1"}), 1);
-  Recipe small = recipe(1);
-  small.width = 8;
-  image::write_exr(b, render(small));
-  EXPECT_EQ(assay({"compare", a, b}), 2);
-  EXPECT_EQ(assay({"compare", a, suite_.path() + "/absent.exr"}), 2);
-  EXPECT_EQ(assay({"compare", a, b, "--hdr", "--ldr"}), 2);
-}
-
-TEST_F(Runs, name_what_was_meant_by_a_wrong_word) {
-  EXPECT_EQ(assay({"acept"}), 2);
-  EXPECT_NE(err_.find("did you mean accept?"), std::string::npos);
-  EXPECT_EQ(assay({"run", "--patern", "x"}), 2);
-  EXPECT_NE(err_.find("--patern"), std::string::npos);
-  EXPECT_EQ(assay({"accept", "aa", "--because", "x"}), 2);
-  EXPECT_NE(err_.find("did you mean a?"), std::string::npos);
-  EXPECT_EQ(assay({"accept", "a"}), 2);  // no reason given
-  EXPECT_EQ(assay({}), 2);
-  EXPECT_EQ(assay({"--help"}), 0);
-  EXPECT_NE(out_.find("assay run"), std::string::npos);
 }
 
 }  // namespace

@@ -114,6 +114,7 @@ suite::Golden read(const std::string& file) {
   const image::Header& header = golden.render.header;
   golden.case_hash = text(header, file, "assay:case_hash");
   golden.pixel_hash = text(header, file, "assay:pixel_hash");
+  golden.quick_hash = image::header_string(header, "assay:quick_hash").value_or("");
   if (!golden.render.variance) base::fail_in(file, "channels", "variance.R variance.G variance.B", "none");
   const auto exposures = image::header_floats(header, "assay:flip_exposures");
   if (!exposures || exposures->size() != 3 || !((*exposures)[2] >= 1))
@@ -150,6 +151,12 @@ void write_pending(const suite::Layout& layout, const suite::Case& c, const suit
   pending.header["assay:picture_hash"] = hashes.picture;
   pending.header["assay:scene_hash"] = hashes.scene;
   pending.header["assay:pixel_hash"] = image::pixel_hash(render.mean);
+  image::write_exr(layout.pending_file(c.name), pending);
+}
+
+void add_quick_hash(const suite::Layout& layout, const suite::Case& c, const std::string& hash) {
+  image::Render pending = image::read_render(layout.pending_file(c.name));
+  pending.header["assay:quick_hash"] = hash;
   image::write_exr(layout.pending_file(c.name), pending);
 }
 

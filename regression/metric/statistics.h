@@ -20,10 +20,6 @@
 
 namespace metric {
 
-struct Interval {
-  double low = 0, high = 0;
-};
-
 // One side of a comparison. `variance` is of the mean, same shape as `mean`: three channels. `samples` per
 // pixel (0: unknown) matter where one side has more of them, see compare_welch().
 struct Noisy {
@@ -66,8 +62,8 @@ struct WelchOptions {
   // Differences smaller than this, relative to the scale, are rounding and never significant.
   double rounding = 1e-5;
   // A tile darker than this share of the image's mean is held to that share: margins of black tiles mean
-  // nothing.
-  double tile_scale_floor = 0.1;
+  // nothing. No p-value depends on it.
+  double tile_scale_floor = 0.25;
 };
 
 // Scales: the image's differences are relative to the mean over pixels and channels of the reference, for all

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -42,6 +43,15 @@ double student_critical(double two_sided_p, double degrees_of_freedom) {
   if (two_sided_p <= 0) return infinity;
   if (degrees_of_freedom > normal_from) return quantile(complement(Normal(0, 1), two_sided_p / 2));
   return quantile(complement(Student(degrees_of_freedom), two_sided_p / 2));
+}
+
+Interval rate_interval(int found, int trials, double confidence) {
+  const double rest = (1 - confidence) / 2;
+  const auto quantile_of = [](int above, int below, double p) {
+    return boost::math::ibeta_inv(static_cast<double>(above), static_cast<double>(below), p, Policy());
+  };
+  return {found == 0 ? 0 : quantile_of(found, trials - found + 1, rest),
+          found == trials ? 1 : quantile_of(found + 1, trials - found, 1 - rest)};
 }
 
 double symmetric_p(double s) {

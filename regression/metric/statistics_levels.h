@@ -28,6 +28,12 @@ double case_false_alarm(int cases = 100);
 double student_two_sided_p(double t, double degrees_of_freedom);
 double student_critical(double two_sided_p, double degrees_of_freedom);
 
+// The interval of a rate of which `found` of `trials` were counted (Clopper and Pearson 1934).
+struct Interval {
+  double low = 0, high = 0;
+};
+Interval rate_interval(int found, int trials, double confidence = .95);
+
 double symmetric_p(double s);
 double exchange_p(int replicates_a, int replicates_b, double pixels);
 

@@ -116,6 +116,15 @@ TEST(Bounds, HaveTheirPublishedValues) {
   EXPECT_NEAR(metric::exchange_p(2, 2, 2), 1 / 9., 1e-12);
 }
 
+// 10 of 100: [.0490, .1762]; none of 10^4: 1 - .025^(1/10^4) = 3.69e-4.
+TEST(Rates, HaveTheIntervalOfClopperAndPearson) {
+  EXPECT_NEAR(metric::rate_interval(10, 100).low, 0.0490, 5e-5);
+  EXPECT_NEAR(metric::rate_interval(10, 100).high, 0.1762, 5e-5);
+  EXPECT_EQ(metric::rate_interval(0, 10000).low, 0);
+  EXPECT_NEAR(metric::rate_interval(0, 10000).high, 3.688e-4, 1e-7);
+  EXPECT_EQ(metric::rate_interval(7, 7).high, 1);
+}
+
 // Sums of fair signs with any weights stay below the bound: counted exactly over all 2^16 signs.
 TEST(Bounds, HoldForEverySumOfFairSigns) {
   for (const double ratio : {1.0, 0.8, 0.5}) {

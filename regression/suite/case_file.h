@@ -20,7 +20,7 @@ struct Witness {
   bool flip = true;                        // blender: also judged by FLIP
   std::string quantity;                    // povray: direct, mirror, position, normal, brdf
   double tolerance = 0;                    // povray: see cases/schema.json
-  double coverage = .02;                   // povray: share of pixels that may be hit by only one of the two
+  double coverage = .002;                  // povray: share of pixels that may be hit by only one of the two
   std::array<double, 3> mean{};            // analytic
   std::optional<std::array<int, 4>> rect;  // analytic: x, y, width, height
   std::string source;                      // analytic

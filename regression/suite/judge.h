@@ -41,7 +41,7 @@ struct Measure {
 // A stored picture with what judging needs, see docs/formats.md.
 struct Golden {
   image::Render render;
-  std::string case_hash, pixel_hash;
+  std::string case_hash, pixel_hash, quick_hash;  // quick: of the first samples alone; may be empty
   metric::Exposures exposures;
   std::vector<image::Image> replicate_tiles;  // tile means of each replicate; empty: no paired test
 };

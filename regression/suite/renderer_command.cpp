@@ -120,6 +120,7 @@ std::vector<std::string> RendererCommand::arguments(const Job& job) const {
 
 std::vector<Outcome> RendererCommand::run(const std::vector<Job>& jobs, const std::string& scratch,
                                           const OnOutcome& on_outcome) const {
+  if (jobs.empty()) return {};
   for (const Job& job : jobs) prepare(job);
   if (!is_template()) return run_batch(jobs, scratch, on_outcome);
   std::vector<Outcome> outcomes;

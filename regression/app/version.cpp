@@ -1,0 +1,5 @@
+#include "app/version.h"
+
+#include "assay_commit.h"
+
+const char* const app::version = ASSAY_VERSION " (commit " ASSAY_COMMIT ")";
