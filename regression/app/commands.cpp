@@ -12,11 +12,11 @@
 
 #include "app/audit.h"
 #include "app/calibrate.h"
+#include "app/command_parts.h"
 #include "app/compare.h"
 #include "app/new_case.h"
 #include "app/results.h"
 #include "app/run.h"
-#include "app/study.h"
 #include "app/version.h"
 #include "base/error.h"
 #include "image/io.h"
@@ -44,84 +44,6 @@ constexpr const char* description =
   assay audit                      check what is stored, without rendering
 
 Exit code: 0 fine; 1 a picture changed, differs from its witness or is bad; 2 could not run.)";
-
-struct Common {
-  std::string suite, build;
-  suite::Layout layout() const { return suite::Layout::find(suite, build); }
-};
-
-void add_common(CLI::App* command, Common& common) {
-  command
-      ->add_option("--suite", common.suite,
-                   "Folder with cases/, scenes/, goldens/; default: regression/, found upwards")
-      ->type_name("DIR");
-  command
-      ->add_option("--build", common.build, "Folder for everything written; default: build/ beside the suite")
-      ->type_name("DIR");
-}
-
-// Checks that names are cases, so that a typing error is not an empty run.
-void demand_cases(const suite::Layout& layout, const std::vector<std::string>& names) {
-  const std::vector<std::string> known = suite::case_names(layout);
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    const std::string near = suite::near_miss(name, known);
-    base::fail_in(layout.root + "/cases", "",
-                  near.empty() ? "a case (assay run --list)" : "a case (did you mean " + near + "?)", name);
-  }
-}
-
-// A number from low to high; CLI11's own ranges let NaN through.
-CLI::Validator between(double low, double high) {
-  std::ostringstream range;  // as CLI11 describes its own ranges in --help
-  range << "in [" << low << " - " << high << "]";
-  return CLI::Validator(
-      [=](std::string& text) -> std::string {
-        double value = 0;
-        const bool is_number = CLI::detail::lexical_cast(text, value);
-        if (is_number && value >= low && value <= high) return {};
-        std::ostringstream message;
-        message << "wanted a number from " << low << " to " << high << ", found " << text;
-        return message.str();
-      },
-      range.str());
-}
-
-// Where a user's own picture may go.
-const CLI::Validator exr_in_a_folder(
-    [](std::string& text) -> std::string {
-      const std::filesystem::path path(text);
-      if (path.extension() != ".exr") return text + ": wanted a file that ends in .exr";
-      if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path()))
-        return text + ": wanted a folder that exists";
-      return {};
-    },
-    "");
-
-suite::RendererCommand renderer_of(const suite::Layout& layout, const std::optional<std::string>& given,
-                                   int threads) {
-  const std::string command = given.value_or("");
-  if (given && command.empty()) base::fail("--renderer: wanted a command, found nothing");
-  suite::RendererCommand renderer = command.empty() ? suite::RendererCommand::ours(layout.build)
-                                                    : suite::RendererCommand::from_template(command);
-  renderer.set_threads(threads);
-  return renderer;
-}
-
-// Every error of the program begins with its name.
-void complain(const std::string& message) {
-  std::cerr << (message.rfind("assay: ", 0) == 0 ? "" : "assay: ") << message << std::endl;
-}
-
-// The cases that a pattern selects.
-std::vector<std::string> selected(const suite::Layout& layout, const std::string& pattern) {
-  std::vector<std::string> names;
-  for (const std::string& name : suite::case_names(layout))
-    if (pattern.empty() || suite::matches(pattern, name)) names.push_back(name);
-  if (names.empty())
-    base::fail_in("-k", "", "a pattern that some case has (assay run --list)", "'" + pattern + "'");
-  return names;
-}
 
 struct RunArguments {
   Common common;
@@ -272,35 +194,6 @@ int calibrate_command(const CalibrateArguments& a, CalibrateOptions options) {
   return calibrate(options);
 }
 
-struct StudyArguments {
-  Common common;
-  std::string pattern;
-  std::optional<std::string> renderer;
-  int threads = 0;
-};
-
-int study_command(const StudyArguments& a, StudyOptions options, const std::vector<std::string>& arguments,
-                  int (*study)(const StudyOptions&)) {
-  options.layout = a.common.layout();
-  options.names = selected(options.layout, a.pattern);
-  options.renderer = renderer_of(options.layout, a.renderer, a.threads);
-  options.command = "assay";
-  for (std::size_t i = 1; i < arguments.size(); ++i) options.command += " " + arguments[i];
-  return study(options);
-}
-
-void add_renderer(CLI::App* command, std::optional<std::string>& renderer, int& threads) {
-  command
-      ->add_option("--renderer", renderer,
-                   "Another renderer, started once per picture without a shell: 'CMD {scene} {out} {width} "
-                   "{height} {spp} "
-                   "{seed} {shader} {depth} {camera} {replicates} {threads}'; default: assay-render beside "
-                   "this program")
-      ->type_name("'CMD …'");
-  command->add_option("-j,--threads", threads, "Threads of the renderer; default: all")
-      ->check(CLI::Range(1, 1024));
-}
-
 // The words that may follow `assay`.
 std::vector<std::string> command_words(const CLI::App& app) {
   std::vector<std::string> words;
@@ -443,43 +336,7 @@ int dispatch(const std::vector<std::string>& arguments) {
   add_renderer(calibrate_app, calibrate_arguments.renderer, calibrate_arguments.threads);
   calibrate_app->callback([&] { code = calibrate_command(calibrate_arguments, calibrate_options); });
 
-  StudyArguments null_arguments, power_arguments;
-  StudyOptions null_options, power_options;
-  CLI::App* study = app.add_subcommand("study", "Measure the judge's own error rates: docs/judge.md");
-  study->require_subcommand(1);
-  const auto add_study = [&](const char* name, const char* what, StudyArguments& a, StudyOptions& o,
-                             int (*run_it)(const StudyOptions&)) {
-    CLI::App* command = study->add_subcommand(name, what);
-    add_common(command, a.common);
-    command->add_option("-k", a.pattern, "Only cases whose name holds PATTERN")->type_name("PATTERN");
-    command->add_option("--write", o.write_file, "Put the tables into this page, between the study's markers")
-        ->type_name("FILE.md");
-    add_renderer(command, a.renderer, a.threads);
-    command->callback([&, run_it] { code = study_command(a, o, arguments, run_it); });
-    return command;
-  };
-  CLI::App* null_app = add_study("null", "How often a picture that differs by noise alone is called changed",
-                                 null_arguments, null_options, study_null);
-  null_app
-      ->add_option("--trials", null_options.trials,
-                   "Golden, render and fresh seeds, of all cases; 1 to 10 million")
-      ->check(CLI::Range(1, 10000000))
-      ->capture_default_str();
-  null_app->add_option("--level", null_options.level, "False alarms a case may give; 1e-8 to 0.5")
-      ->check(between(1e-8, .5))
-      ->capture_default_str();
-  null_app->add_option("--pixels", null_options.pixels, "Of a picture, about; 64 to 65536")
-      ->check(CLI::Range(64, 65536))
-      ->capture_default_str();
-  null_app->add_option("--spp", null_options.spp, "Samples of a pixel, in 8 replicates; 8 to 4096")
-      ->check(CLI::Range(8, 4096))
-      ->capture_default_str();
-  CLI::App* power_app =
-      add_study("power", "How often a bias of known size is found, at the cases' own samples",
-                power_arguments, power_options, study_power);
-  power_app->add_option("--seeds", power_options.seeds, "Trials of each case and bias; 3 to 1000")
-      ->check(CLI::Range(3, 1000))
-      ->capture_default_str();
+  add_study(app, arguments, code);
 
   // A wrong first word deserves a better answer than a list of what is required.
   const std::vector<std::string> words = command_words(app);

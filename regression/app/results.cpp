@@ -278,20 +278,23 @@ std::string summary_of(const RunOptions& options, const RunResult& result) {
       comma = ", ";
     }
   };
-  text << "\n" << result.cases.size() << (result.cases.size() == 1 ? " case:" : " cases:");
-  counts(cases);
-  text << "\nwitnesses:";
-  if (witnesses.empty() && !as_expected) text << " none";
-  counts(witnesses);
-  if (as_expected) text << (witnesses.empty() ? " " : ", ") << as_expected << " DIFFERS as expected";
-  text << "\n";
+  if (!result.cases.empty()) {
+    text << "\n" << result.cases.size() << (result.cases.size() == 1 ? " case:" : " cases:");
+    counts(cases);
+    text << "\nwitnesses:";
+    if (witnesses.empty() && !as_expected) text << " none";
+    counts(witnesses);
+    if (as_expected) text << (witnesses.empty() ? " " : ", ") << as_expected << " DIFFERS as expected";
+    text << "\n";
+  }
   for (const std::string& orphan : result.orphans) text << "BROKEN     orphan: " << orphan << "\n";
   if (pending)
     text << pending << " pending: " << options.program
          << " review, then accept CASE… --because \"…\" or reject CASE…\n";
-  text << "results: " << options.layout.build << "/results\n";
-  text << (result.exit_code == 0 ? "PASSED" : "FAILED") << ": " << failed << " of " << result.cases.size()
-       << " cases fail, exit code " << result.exit_code << ", " << short_number(result.seconds) << " s\n";
+  if (!result.cases.empty()) text << "results: " << options.layout.build << "/results\n";
+  text << (result.exit_code == 0 ? "PASSED" : "FAILED") << ": " << failed << " of "
+       << result.cases.size() + result.quick.size() << " cases fail, exit code " << result.exit_code << ", "
+       << short_number(result.seconds) << " s\n";
   return text.str();
 }
 
