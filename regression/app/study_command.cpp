@@ -1,4 +1,5 @@
 // The command line of the studies, see study.h.
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -19,7 +20,8 @@ int study_command(const StudyArguments& a, StudyOptions options, const std::vect
                   int (*study)(const StudyOptions&)) {
   options.layout = a.common.layout();
   options.names = selected(options.layout, a.pattern);
-  options.renderer = renderer_of(options.layout, a.renderer, a.threads);
+  options.renderer =
+      renderer_of(options.layout, a.renderer, std::max(a.threads, 1));  // cases run side by side
   options.command = "assay";
   for (std::size_t i = 1; i < arguments.size(); ++i) options.command += " " + arguments[i];
   return study(options);

@@ -112,7 +112,8 @@ class NullStudy {
     suite::Job j = job_of(options_.layout, c);
     j.seed = seed;
     j.layers = layers;
-    j.out = fs::absolute(options_.layout.build + "/study/null/" + c.name + "." + std::to_string(seed) + ".exr")
+    j.out = fs::absolute(options_.layout.build + "/study/null/" + c.name + "/" + c.name + "." +
+                         std::to_string(seed) + ".exr")
                 .string();
     return j;
   }
@@ -122,7 +123,7 @@ class NullStudy {
     return made(jobs);
   }
   std::vector<image::Render> made(const std::vector<suite::Job>& jobs) const {
-    return made_pictures(options_.renderer, jobs, options_.layout.build + "/study/null");
+    return made_pictures(options_.renderer, jobs, options_.layout.build + "/study/null/" + case_.name);
   }
 
   const StudyOptions& options_;
@@ -147,14 +148,18 @@ void row(std::ostream& out, const std::string& name, const Tally& t) {
 int study_null(const StudyOptions& options) {
   const int each =
       (options.trials + static_cast<int>(options.names.size()) - 1) / static_cast<int>(options.names.size());
+  std::vector<Tally> tallies(options.names.size());
+  for_each_case(options.names.size(), [&](std::size_t i) {
+    NullStudy study(options, suite::read_case(options.layout, options.names[i]));
+    tallies[i] = study.run(each);
+    std::fprintf(stderr, "%s: %d alarms in %d\n", options.names[i].c_str(), tallies[i].alarms(),
+                 tallies[i].trials);
+  });
   Tally all;
   std::ostringstream table;
-  for (const std::string& name : options.names) {
-    NullStudy study(options, suite::read_case(options.layout, name));
-    const Tally tally = study.run(each);
-    std::fprintf(stderr, "%s: %d alarms in %d\n", name.c_str(), tally.alarms(), tally.trials);
-    row(table, "`" + name + "`", tally);
-    all.add(tally);
+  for (std::size_t i = 0; i < tallies.size(); ++i) {
+    row(table, "`" + options.names[i] + "`", tallies[i]);
+    all.add(tallies[i]);
   }
   const metric::Interval interval = metric::rate_interval(all.alarms(), all.trials);
   const bool refuted = interval.low > options.level;

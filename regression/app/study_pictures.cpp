@@ -1,11 +1,16 @@
 #include "app/study_pictures.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "app/run.h"
 #include "base/error.h"
@@ -122,6 +127,26 @@ suite::Golden as_golden(const suite::Case& c, const image::Render& picture) {
   golden.exposures = metric::automatic_exposures(picture.mean).value_or(metric::Exposures{0, 0, 1});
   golden.replicate_tiles = suite::replicate_tiles(picture);
   return golden;
+}
+
+void for_each_case(std::size_t cases, const std::function<void(std::size_t)>& study) {
+  std::atomic<std::size_t> next{0};
+  std::mutex guard;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < cases; i = next++) try {
+        study(i);
+      } catch (...) {
+        const std::lock_guard lock(guard);
+        if (!failure) failure = std::current_exception();
+        next = cases;
+      }
+  };
+  std::vector<std::thread> workers(
+      std::min<std::size_t>(cases, std::max(1u, std::thread::hardware_concurrency())));
+  for (std::thread& w : workers) w = std::thread(work);
+  for (std::thread& w : workers) w.join();
+  if (failure) std::rethrow_exception(failure);
 }
 
 std::vector<image::Render> made_pictures(const suite::RendererCommand& renderer,

@@ -24,6 +24,10 @@ image::Render mixed(const image::Render& picture, const image::Render& other, do
 // What a golden of this render would hold.
 suite::Golden as_golden(const suite::Case& c, const image::Render& picture);
 
+// Calls study(i) for every case, as many at a time as there are processors; the renderer should take one
+// thread each. The first exception ends it and is thrown again.
+void for_each_case(std::size_t cases, const std::function<void(std::size_t)>& study);
+
 // Renders, reads and deletes. A job that fails is a base::Error.
 std::vector<image::Render> made_pictures(const suite::RendererCommand& renderer,
                                          const std::vector<suite::Job>& jobs, const std::string& scratch);

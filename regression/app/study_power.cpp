@@ -56,7 +56,7 @@ class PowerStudy {
   }
 
   Counts run() {
-    const std::string scene = options_.layout.scene_file(case_), folder = options_.layout.build + "/study/power";
+    const std::string scene = options_.layout.scene_file(case_), folder = scratch();
     pictures_ = renders(scene);
     dark_ = renders(without_base_colour(scene, folder + "/scenes"));
     Counts counts;
@@ -77,12 +77,13 @@ class PowerStudy {
       suite::Job j = job_of(options_.layout, case_);
       j.scene = fs::absolute(scene).string();
       j.seed = static_cast<unsigned>(1000 + k);
-      j.out = fs::absolute(options_.layout.build + "/study/power/" + case_.name + "." + std::to_string(k) + ".exr")
-                  .string();
+      j.out = fs::absolute(scratch() + "/" + case_.name + "." + std::to_string(k) + ".exr").string();
       jobs.push_back(j);
     }
-    return made_pictures(options_.renderer, jobs, options_.layout.build + "/study/power");
+    return made_pictures(options_.renderer, jobs, scratch());
   }
+
+  std::string scratch() const { return options_.layout.build + "/study/power/" + case_.name; }
 
   // The tile of trial k: the bright ones in turn.
   metric::Tile tile_of(int k) const {
@@ -156,20 +157,30 @@ int study_power(const StudyOptions& options) {
   std::ostringstream table;
   std::vector<std::string> missing;
   constexpr std::size_t none = 0, half_percent = 2, lobe = 7, tile = 11;
-  for (const std::string& name : options.names) {
-    PowerStudy study(options, suite::read_case(options.layout, name));
-    Counts counts = study.run();
+  std::vector<Counts> counted(options.names.size());
+  std::vector<double> detectable(options.names.size());
+  for_each_case(options.names.size(), [&](std::size_t i) {
+    PowerStudy study(options, suite::read_case(options.layout, options.names[i]));
+    counted[i] = study.run();
+    detectable[i] = study.detectable();
+    const Count &own = counted[i][{half_percent, true}], &other = counted[i][{half_percent, false}];
+    std::fprintf(stderr, "%s: image 0.5 %% found %s with its own random numbers, %s with others\n",
+                 options.names[i].c_str(), share(own.found, own.trials).c_str(),
+                 share(other.found, other.trials).c_str());
+  });
+  for (std::size_t i = 0; i < counted.size(); ++i) {
+    Counts& counts = counted[i];
     const auto found = [&](std::size_t r, bool own) {
       return share(counts[{r, own}].found, counts[{r, own}].trials);
     };
-    table << "| `" << name << "` | " << suite::percent(study.detectable()) << " | "
-          << share(counts[{none, false}].passed, counts[{none, false}].trials) << " | "
-          << found(half_percent, true) << " | " << found(half_percent, false) << " | " << found(lobe, true)
-          << " | " << found(tile, true) << " | " << found(tile, false) << " |\n";
-    if (counts[{half_percent, false}].found < counts[{half_percent, false}].trials) missing.push_back(name);
+    const Count& sound = counts[{none, false}];
+    table << "| `" << options.names[i] << "` | " << suite::percent(detectable[i]) << " | "
+          << share(sound.passed, sound.trials) << " | " << found(half_percent, true) << " | "
+          << found(half_percent, false) << " | " << found(lobe, true) << " | " << found(tile, true) << " | "
+          << found(tile, false) << " |\n";
+    if (counts[{half_percent, false}].found < counts[{half_percent, false}].trials)
+      missing.push_back(options.names[i]);
     for (const auto& [key, count] : counts) all[key].add(count);
-    std::fprintf(stderr, "%s: image 0.5 %% found %s with its own random numbers, %s with others\n",
-                 name.c_str(), found(half_percent, true).c_str(), found(half_percent, false).c_str());
   }
   const Count& promise = all[{half_percent, true}];
   const bool refuted = promise.found < .99 * promise.trials;
