@@ -22,7 +22,7 @@ struct StudyOptions {
   suite::Layout layout;
   suite::RendererCommand renderer;
   std::vector<std::string> names;
-  std::string command;     // as typed, for the report
+  std::string command;     // for the page
   std::string write_file;  // a page with the study's markers; empty: print only
 
   int trials = 10200;   // null: case-seeds in all

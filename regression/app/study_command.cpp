@@ -22,8 +22,16 @@ int study_command(const StudyArguments& a, StudyOptions options, const std::vect
   options.names = selected(options.layout, a.pattern);
   options.renderer =
       renderer_of(options.layout, a.renderer, std::max(a.threads, 1));  // cases run side by side
+  // As typed, but for where things are on this machine.
   options.command = "assay";
-  for (std::size_t i = 1; i < arguments.size(); ++i) options.command += " " + arguments[i];
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const std::string& word = arguments[i];
+    if (word == "--suite" || word == "--build" || word == "--write")
+      ++i;
+    else if (word.rfind("--suite=", 0) != 0 && word.rfind("--build=", 0) != 0 &&
+             word.rfind("--write=", 0) != 0)
+      options.command += " " + word;
+  }
   return study(options);
 }
 

@@ -35,6 +35,7 @@ TEST_F(Studies, of_the_null_acquit_pictures_that_differ_by_noise_alone) {
   EXPECT_EQ(assay({"study", "null", "--trials", "20", "--write", page()}, true), 0) << out_ << err_;
   EXPECT_NE(out_.find("\n0 false alarms in 20 trials"), std::string::npos) << out_;
   EXPECT_NE(out_.find("| `a` | 20 | 0 |"), std::string::npos) << out_;
+  EXPECT_EQ(out_.rfind("`assay study null --trials 20 --renderer ", 0), 0u) << "no folder of this machine";
   const std::string written = suite::testing::read_text(page());
   EXPECT_EQ(written, "before\n<!-- study null -->\n" + out_ + "<!-- /study null -->\nafter\n");
   EXPECT_EQ(assay({"study", "null", "--trials", "20"}, true), 0);
