@@ -170,11 +170,19 @@ int study_null(const StudyOptions& options) {
       "%.3g %%: %s.\n\n",
       all.alarms(), all.trials, 100. * all.alarms() / all.trials, 100 * interval.low, 100 * interval.high,
       100 * options.level, refuted ? "**refuted**" : "kept");
+  const metric::Interval single = metric::rate_interval(all.low_green, all.looks);
+  char exact[256];
+  std::snprintf(
+      exact, sizeof exact,
+      "A single test, of the image's green at the fresh seed: p is below 1 %% in %d of %d, %.3g %%, 95 %% "
+      "interval [%.3g %%, %.3g %%].\n\n",
+      all.low_green, all.looks, all.looks ? 100. * all.low_green / all.looks : 0., 100 * single.low,
+      100 * single.high);
   std::ostringstream text;
   text << "`" << options.command << "`\n\n"
        << options.names.size() << " cases in about " << options.pixels << " pixels and " << options.spp
        << " samples, " << each << " trials each.\n\n"
-       << rate
+       << rate << exact
        << "| case | trials | alarms | paired | fresh seed | noise | pixels | image p < 1 % | paired p < 1 % "
           "| fresh p "
           "< 1 % | FLIP | RMSE |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n";
