@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 std::string resolve(const Document& document, const std::string& place, const std::string& uri) {
   const auto want = [&](bool holds, const std::string& wanted) {
-    if (!holds) document.fail(place, wanted, uri);
+    if (!holds) document.fail(place, wanted, uri.substr(0, 60));
   };
   // A scheme or a drive letter: anything with a colon before the first slash.
   want(uri.find(':') >= uri.find('/'), "a relative path or a data: URI");
@@ -67,15 +67,15 @@ Bytes read_file(const Document& document, const std::string& path, const std::st
 }
 
 Bytes decode_data_uri(const Document& document, const std::string& place, const std::string& uri) {
-  const std::string tag = ";base64,";
+  const std::string tag = ";base64,", start = uri.substr(0, 60);
   const size_t first = uri.find(',') + 1;  // 0 without a comma
   document.want(first >= 5 + tag.size() && uri.compare(first - tag.size(), tag.size(), tag) == 0, place,
-                "a data: URI with ;base64,", uri);
+                "a data: URI with ;base64,", start);
   const size_t size = uri.size() - first;
   Bytes bytes(size / 4 * 3 + 3);
   const int decoded = EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(&uri[first]),
                                       static_cast<int>(size));
-  document.want(decoded >= 0, place, "base64", uri);
+  document.want(decoded >= 0, place, "base64", start);
   // Padding decodes to zeros that are not there.
   const auto padding =
       std::count(uri.end() - static_cast<std::ptrdiff_t>(std::min<size_t>(size, 2)), uri.end(), '=');

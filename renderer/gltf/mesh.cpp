@@ -8,6 +8,7 @@
 #include "gltf/accessor.h"
 
 namespace gltf {
+using math::DVec3;
 using math::Vec2;
 using math::Vec3;
 using math::Vec4;
@@ -151,43 +152,31 @@ class Primitive {
   // Normalise; a normal of no usable length becomes the geometric normal of a triangle at its vertex. If none
   // is usable, the mesh is one without normals.
   void mend_normals() {
-    if (out_.normals.empty()) return;
-    std::vector<bool> bad(out_.normals.size());
-    size_t bad_count = 0;
-    for (size_t i = 0; i < out_.normals.size(); ++i) {
-      const Vec3& n = out_.normals[i];
-      const double length =
-          std::hypot(static_cast<double>(n.x), static_cast<double>(n.y), static_cast<double>(n.z));
-      bad[i] = !(length > 1e-6 && length < 1e6);
-      bad_count += bad[i];
-      // A normal that is unit but for rounding stays as it is: the same bits for every witness.
-      if (!bad[i] && std::fabs(length - 1) > 1e-6) out_.normals[i] = math::normalize(n);
+    std::vector<Vec3>& normals = out_.normals;
+    const auto length = [](const Vec3& n) { return std::hypot(double{n.x}, double{n.y}, double{n.z}); };
+    const auto bad = [&](const Vec3& n) { return !(length(n) > 1e-6 && length(n) < 1e6); };
+    const auto bad_count = static_cast<size_t>(std::count_if(normals.begin(), normals.end(), bad));
+    if (bad_count > 0) {
+      warn("has " + std::to_string(bad_count) + " normals of no usable length: geometric ones are used");
+      if (bad_count == normals.size()) return normals.clear();
+      for (const math::UVec3& t : out_.triangles)
+        for (const std::uint32_t v : {t.x, t.y, t.z})
+          if (bad(normals[v])) normals[v] = geometric_normal(t);
     }
-    if (bad_count == 0) return;
-    warn("has " + std::to_string(bad_count) + " normals of no usable length: geometric ones are used");
-    if (bad_count == bad.size()) return out_.normals.clear();
-    for (const math::UVec3& t : out_.triangles)
-      for (const std::uint32_t v : {t.x, t.y, t.z}) {
-        if (!bad[v]) continue;
-        const Vec3 normal = geometric_normal(t);
-        if (math::is_black(normal)) continue;
-        out_.normals[v] = normal;
-        bad[v] = false;
-      }
-    for (size_t i = 0; i < bad.size(); ++i)
-      if (bad[i]) out_.normals[i] = {0, 0, 1};  // of no triangle that has an area
+    for (Vec3& n : normals)
+      if (bad(n))
+        n = {0, 0, 1};  // of no triangle that has an area
+      else if (std::fabs(length(n) - 1) > 1e-6)
+        n = math::normalize(n);  // else unit but for rounding, and kept: the same bits for every witness
   }
 
+  // 0 if the triangle has no area. In double: the products of float differences neither overflow nor vanish.
   Vec3 geometric_normal(const math::UVec3& t) const {
-    const Vec3 &a = out_.positions[t.x], &b = out_.positions[t.y], &c = out_.positions[t.z];
-    // In double: the products of float differences neither overflow nor vanish.
-    const double ux = double{b.x} - a.x, uy = double{b.y} - a.y, uz = double{b.z} - a.z;
-    const double vx = double{c.x} - a.x, vy = double{c.y} - a.y, vz = double{c.z} - a.z;
-    const double n[3] = {uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx};
-    const double length = std::hypot(n[0], n[1], n[2]);
-    if (!(length > 0)) return {0, 0, 0};
-    return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length),
-            static_cast<float>(n[2] / length)};
+    const DVec3 a(out_.positions[t.x]), u = DVec3(out_.positions[t.y]) - a,
+                                        v = DVec3(out_.positions[t.z]) - a;
+    const DVec3 n(u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x);
+    const double length = std::hypot(n.x, n.y, n.z);
+    return length > 0 ? Vec3(n / length) : Vec3(0);
   }
 
   // Tangents are all good or not there: the renderer then derives them from the texture coordinates.
