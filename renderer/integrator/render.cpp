@@ -95,7 +95,7 @@ void check(const Settings& s, const scene::Scene& scene) {
 struct Renderer::Impl {
   const scene::Scene& scene;
   Settings settings;
-  surface::Surfaces surfaces;
+  std::optional<surface::Surfaces> surfaces;
   std::unique_ptr<accel::Accel> accel;
   std::unique_ptr<light::Lights> lights;
   std::unique_ptr<World> world;
@@ -104,28 +104,50 @@ struct Renderer::Impl {
   std::optional<tbb::global_control> more_threads;
   double build_seconds = 0;
   mutable std::atomic<std::uint64_t> rays{0};
+  std::vector<bool> has_filter;  // of the instances, as `accel` was built
   int x0, y0, width, height;
 
   Impl(const scene::Scene& s, const Settings& t)
       : scene(s),
         settings((check(t, s), t)),
-        surfaces(s, model_of(t.shader)),
-        camera(s.cameras[static_cast<size_t>(t.camera)], t.width, t.height),
-        x0(t.crop_x),
-        y0(t.crop_y),
-        width(t.crop_width > 0 ? t.crop_width : t.width),
-        height(t.crop_width > 0 ? t.crop_height : t.height) {
+        camera(s.cameras[static_cast<size_t>(t.camera)], t.width, t.height) {
+    build(t, true);
+  }
+
+  // Makes what is not there yet, or no longer what the scene and `t` ask for.
+  void build(const Settings& t, bool lights_changed) {
+    check(t, scene);
     const auto start = std::chrono::steady_clock::now();
-    if (t.threads > 0)  // oneTBB starts no more workers than the machine has cores unless told
+    const bool first = !accel, other_threads = first || t.threads != settings.threads;
+    const bool other_isa = !first && t.fastest_isa != settings.fastest_isa;
+    const bool other_model = first || model_of(t.shader) != model_of(settings.shader);
+    settings = t;
+    camera = CameraRays(scene.cameras[static_cast<size_t>(t.camera)], t.width, t.height);
+    x0 = t.crop_x, y0 = t.crop_y;
+    width = t.crop_width > 0 ? t.crop_width : t.width;
+    height = t.crop_width > 0 ? t.crop_height : t.height;
+    if (other_threads) more_threads.reset();
+    if (other_threads &&
+        t.threads > 0)  // oneTBB starts no more workers than the machine has cores unless told
       more_threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(t.threads));
+    world.reset();
+    if (other_model) {  // textures are filtered otherwise, and the lights refer to them
+      lights.reset();
+      surfaces.emplace(scene, model_of(t.shader));
+    }
     arena().execute([&] {
-      accel = std::make_unique<accel::Accel>(s, t.fastest_isa, surfaces.filtered(),
-                                             [this](const accel::Ray& r, const accel::Hit& h,
-                                                    std::uint32_t k) { return surfaces.accepts(r, h, k); });
-      lights = std::make_unique<light::Lights>(s, surfaces);
+      if (const auto now_filtered = surfaces->filtered(); first || other_isa || now_filtered != has_filter) {
+        has_filter = now_filtered;
+        accel =
+            std::make_unique<accel::Accel>(scene, t.fastest_isa, has_filter,
+                                           [this](const accel::Ray& r, const accel::Hit& h, std::uint32_t k) {
+                                             return surfaces->accepts(r, h, k);
+                                           });
+      }
+      if (lights_changed || !lights) lights = std::make_unique<light::Lights>(scene, *surfaces);
     });
     world = std::make_unique<World>(World{*accel,
-                                          surfaces,
+                                          *surfaces,
                                           *lights,
                                           model_of(t.shader),
                                           {t.d_gamma, t.d_constant},
@@ -171,7 +193,8 @@ struct Renderer::Impl {
 
   // Runs body(x, y) for every pixel of the crop, in tiles. False if stopped.
   template <typename Body>
-  bool for_each_pixel(const Body& body, const Progress& progress, int samples) const {
+  bool for_each_pixel(const Body& body, const Progress& progress, int samples,
+                      const std::atomic<bool>* stop = nullptr) const {
     const int columns = (width + tile_size - 1) / tile_size, rows = (height + tile_size - 1) / tile_size;
     std::atomic<int> done{0};
     std::atomic<bool> stopped{false};
@@ -183,6 +206,7 @@ struct Renderer::Impl {
           [&](const tbb::blocked_range<int>& range) {
             const FlushDenormals flush;
             for (int tile = range.begin(); tile != range.end(); ++tile) {
+              if (stop && *stop) stopped = true;
               if (stopped) return;
               std::uint64_t traced = 0;
               const int left = tile % columns * tile_size, top = tile / columns * tile_size;
@@ -210,6 +234,10 @@ Renderer::Renderer(const scene::Scene& scene, const Settings& settings)
     : impl_(std::make_unique<Impl>(scene, settings)) {}
 Renderer::~Renderer() = default;
 
+void Renderer::refresh(const Settings& settings, bool lights_changed) {
+  impl_->build(settings, lights_changed);
+}
+
 image::Film Renderer::film() const {
   const Shader shader = impl_->settings.shader;
   const bool data = shader == Shader::normal || shader == Shader::position || shader == Shader::texcoord;
@@ -218,7 +246,7 @@ image::Film Renderer::film() const {
 }
 
 bool Renderer::render(image::Film& film, int first, int count, const Progress& progress,
-                      std::span<image::Film> parts) const {
+                      std::span<image::Film> parts, const std::atomic<bool>* stop) const {
   const Impl& m = *impl_;
   if (!parts.empty() && (!traces_paths(m.settings.shader) || m.settings.clamp > 0))
     base::fail("--layers lobes: wanted a path-tracing --shader and no --clamp, found another");
@@ -232,7 +260,14 @@ bool Renderer::render(image::Film& film, int first, int count, const Progress& p
           for (size_t i = 0; i < parts.size(); ++i) parts[i].add(x, y, replicate, values[i]);
         }
       },
-      progress, count);
+      progress, count, stop);
+}
+
+std::optional<surface::Point> Renderer::first_surface(float x, float y) const {
+  const accel::Ray ray = impl_->camera.ray(x, y);
+  accel::Hit hit;
+  if (!impl_->accel->closest(ray, 0, hit)) return std::nullopt;
+  return impl_->surfaces->at(ray, hit);
 }
 
 std::span<const std::string> part_names() {
@@ -253,7 +288,7 @@ image::Image Renderer::first_hit(Shader shader, bool depth) const {
         if (depth) {
           accel::Hit hit;
           ++traced;
-          if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces.at(ray, hit).distance);
+          if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces->at(ray, hit).distance);
         } else {
           result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
         }
@@ -272,7 +307,7 @@ std::string Renderer::summary() const {
   for (const scene::Instance& i : m.scene.instances)
     triangles += m.scene.meshes[static_cast<size_t>(i.mesh)].triangles.size();
   size_t filtered = 0;
-  for (const bool f : m.surfaces.filtered()) filtered += f;
+  for (const bool f : m.has_filter) filtered += f;
   std::ostringstream out;
   out << "geometry: " << triangles << " triangles in " << m.scene.instances.size() << " instances of "
       << m.scene.meshes.size() << " meshes, " << filtered << " instances culled, masked or blended\n"

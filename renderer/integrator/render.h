@@ -5,6 +5,7 @@
 // sample order.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -14,6 +15,10 @@
 
 #include "image/film.h"
 #include "scene/scene.h"
+
+namespace surface {
+struct Point;
+}
 
 namespace integrator {
 
@@ -73,6 +78,12 @@ class Renderer {
   Renderer(const scene::Scene& scene, const Settings& settings);
   ~Renderer();
 
+  // After an edit in place of the scene's cameras, materials (but not which textures they have), lights or
+  // environment, and with new settings: rebuilds what that touches and keeps the rest. From then on every bit
+  // is a new Renderer's. `lights_changed`: a light, the environment, or a material that emits or did. Not while
+  // another thread calls anything else.
+  void refresh(const Settings& settings, bool lights_changed);
+
   // An empty film of the right size (the crop's) and replicates.
   image::Film film() const;
 
@@ -80,9 +91,13 @@ class Renderer {
   // replicates. False if stopped by `progress`: the film then holds whole tiles of this call only where they
   // were finished.
   // `parts`, if not empty, takes the radiance apart by the first surface's lobes (part_names() films from
-  // film()); path-tracing shaders without clamp only.
+  // film()); path-tracing shaders without clamp only. `stop`, if not null, ends the call as `progress` does,
+  // but at once.
   bool render(image::Film& film, int first, int count, const Progress& progress = {},
-              std::span<image::Film> parts = {}) const;
+              std::span<image::Film> parts = {}, const std::atomic<bool>* stop = nullptr) const;
+
+  // What is seen at a point of the image (pixels, as CameraRays has them; not of the crop); nullopt: nothing.
+  std::optional<surface::Point> first_surface(float x, float y) const;
 
   // Noise-free layer of the first hit through each pixel centre: shader is one of normal, albedo, position (3
   // channels) or, with `depth` true, the distance along the ray (all three channels alike; 0 where nothing is
