@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 
+#include "app/lobes.h"
 #include "app/quick.h"
 #include "app/results.h"
 #include "base/error.h"
@@ -30,6 +31,7 @@ class Run {
     prepare();
     first_batch();
     for (int look = 1; look <= 2; ++look) fresh_batch(look);
+    explain_pending();
     for (std::size_t i = 0; i < result_.cases.size(); ++i) settle(i);
     sign_pending();
     result_.orphans = golden::orphans(layout_);
@@ -160,7 +162,7 @@ class Run {
         own_picture(purpose.a_case, jobs[j], rendered);
       else
         witness_picture(purpose.a_case, static_cast<std::size_t>(purpose.witness), jobs[j], rendered);
-      if (--jobs_left_[purpose.a_case] == 0 && !outcome.golden.wants_fresh) settle(purpose.a_case);
+      if (--jobs_left_[purpose.a_case] == 0 && !unfinished(outcome)) settle(purpose.a_case);
     });
   }
 
@@ -217,8 +219,9 @@ class Run {
       if (!outcome.golden.flip_map.empty())
         outcome.map_file = write_map(outcome.name + ".flip", outcome.golden.flip_map);
     }
-    // An identical picture is worth a new golden only if the old one cannot be looked at quickly.
-    if (outcome.golden.verdict != Verdict::identical || goldens_[i]->quick_hash.empty()) {
+    // An identical picture is worth a new golden only if the old one lacks what was added since.
+    if (outcome.golden.verdict != Verdict::identical || goldens_[i]->quick_hash.empty() ||
+        !goldens_[i]->knows_lobes) {
       golden::write_pending(layout_, c, outcome.hashes, *render, goldens_[i]);
       outcome.pending_file = layout_.pending_file(c.name);
     }
@@ -285,20 +288,42 @@ class Run {
       } else {
         say(outcome, verdict, "fresh seed: " + reason);
       }
-      if (!outcome.golden.wants_fresh) settle(i);
+      if (!unfinished(outcome)) settle(i);
     });
+  }
+
+  // Cases that may still get another verdict, or a better reason.
+  static bool unfinished(const CaseOutcome& outcome) {
+    return outcome.golden.wants_fresh || outcome.golden.verdict == Verdict::changed;
+  }
+
+  // What may become a golden carries the means of its lobes; what CHANGED tells which of them moved.
+  void explain_pending() {
+    lobes_ = lobes_of(options_, pending_cases());
+    for (std::size_t i = 0; i < result_.cases.size(); ++i) {
+      const auto now = lobes_.find(result_.cases[i].name);
+      suite::GoldenResult& golden = result_.cases[i].golden;
+      if (golden.verdict != Verdict::changed || now == lobes_.end()) continue;
+      const std::string moved = suite::moved_lobes(goldens_[i]->lobes, now->second);
+      if (!moved.empty()) golden.reason += "; " + moved;
+    }
+  }
+
+  std::vector<suite::Case> pending_cases() const {
+    std::vector<suite::Case> cases;
+    for (const CaseOutcome& c : result_.cases)
+      if (!c.pending_file.empty()) cases.push_back(*c.a_case);
+    return cases;
   }
 
   // What may become a golden carries the hash of its first samples.
   void sign_pending() {
-    std::vector<suite::Case> cases;
-    for (const CaseOutcome& c : result_.cases)
-      if (!c.pending_file.empty()) cases.push_back(*c.a_case);
+    const std::vector<suite::Case> cases = pending_cases();
     if (cases.empty()) return;
     const auto hashes = quick_hashes(options_, cases);
     for (const suite::Case& c : cases)
       if (const auto hash = hashes.find(c.name); hash != hashes.end())
-        golden::add_quick_hash(layout_, c, hash->second);
+        golden::sign(layout_, c, hash->second, lobes_[c.name]);
   }
 
   // The verdict stands: write it down and tell.
@@ -328,6 +353,7 @@ class Run {
   RunResult result_;
   std::vector<std::optional<suite::Golden>> goldens_;
   std::map<std::size_t, bool> golden_sound_;
+  std::map<std::string, std::vector<suite::LobeMean>> lobes_;
   std::vector<std::vector<std::optional<image::Render>>> stored_;
   std::map<std::pair<std::size_t, std::size_t>, bool> witness_ready_;
   std::map<suite::WitnessKind, std::string> script_hashes_;

@@ -115,6 +115,9 @@ suite::Golden read(const std::string& file) {
   golden.case_hash = text(header, file, "assay:case_hash");
   golden.pixel_hash = text(header, file, "assay:pixel_hash");
   golden.quick_hash = image::header_string(header, "assay:quick_hash").value_or("");
+  const auto lobes = image::header_string(header, "assay:lobes");
+  golden.knows_lobes = lobes.has_value();
+  if (lobes) golden.lobes = suite::lobes_from_text(*lobes, file);
   if (!golden.render.variance) base::fail_in(file, "channels", "variance.R variance.G variance.B", "none");
   const auto exposures = image::header_floats(header, "assay:flip_exposures");
   if (!exposures || exposures->size() != 3 || !((*exposures)[2] >= 1))
@@ -154,9 +157,11 @@ void write_pending(const suite::Layout& layout, const suite::Case& c, const suit
   image::write_exr(layout.pending_file(c.name), pending);
 }
 
-void add_quick_hash(const suite::Layout& layout, const suite::Case& c, const std::string& hash) {
+void sign(const suite::Layout& layout, const suite::Case& c, const std::string& quick_hash,
+          const std::vector<suite::LobeMean>& lobes) {
   image::Render pending = image::read_render(layout.pending_file(c.name));
-  pending.header["assay:quick_hash"] = hash;
+  pending.header["assay:quick_hash"] = quick_hash;
+  pending.header["assay:lobes"] = suite::to_text(lobes);
   image::write_exr(layout.pending_file(c.name), pending);
 }
 

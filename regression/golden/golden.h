@@ -24,8 +24,9 @@ suite::Golden read(const std::string& file);
 void write_pending(const suite::Layout& layout, const suite::Case& c, const suite::Hashes& hashes,
                    const image::Render& render, const std::optional<suite::Golden>& previous);
 
-// Adds the hash of the case's first samples (app/quick.h) to its pending picture.
-void add_quick_hash(const suite::Layout& layout, const suite::Case& c, const std::string& hash);
+// Adds the hash of the case's first samples (app/quick.h) and the means of its lobes to its pending picture.
+void sign(const suite::Layout& layout, const suite::Case& c, const std::string& quick_hash,
+          const std::vector<suite::LobeMean>& lobes);
 
 // Why a pending picture may not become a golden; empty: it may. Missing, made for an older case, non-finite,
 // ...

@@ -21,6 +21,7 @@
 #include "metric/statistics_pixels.h"
 #include "suite/case_file.h"
 #include "suite/hashes.h"
+#include "suite/lobes.h"
 #include "suite/verdict.h"
 
 namespace suite {
@@ -43,6 +44,8 @@ struct Golden {
   image::Render render;
   std::string case_hash, pixel_hash, quick_hash;  // quick: of the first samples alone; may be empty
   metric::Exposures exposures;
+  std::vector<LobeMean> lobes;                // none: its shader has none
+  bool knows_lobes = true;                    // false: made before goldens kept them
   std::vector<image::Image> replicate_tiles;  // tile means of each replicate; empty: no paired test
 };
 

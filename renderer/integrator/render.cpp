@@ -186,7 +186,11 @@ struct Renderer::Impl {
     Vec3 radiance = integrator::radiance(*world, ray, sampler, traced, parts);
     if (settings.clamp > 0) {
       const float length = math::length(radiance);
-      if (length > settings.clamp) radiance *= settings.clamp / length;
+      if (length > settings.clamp) {
+        radiance *= settings.clamp / length;
+        if (parts)
+          for (Vec3& part : *parts) part *= settings.clamp / length;
+      }
     }
     return radiance;
   }
@@ -248,8 +252,8 @@ image::Film Renderer::film() const {
 bool Renderer::render(image::Film& film, int first, int count, const Progress& progress,
                       std::span<image::Film> parts, const std::atomic<bool>* stop) const {
   const Impl& m = *impl_;
-  if (!parts.empty() && (!traces_paths(m.settings.shader) || m.settings.clamp > 0))
-    base::fail("--layers lobes: wanted a path-tracing --shader and no --clamp, found another");
+  if (!parts.empty() && !traces_paths(m.settings.shader))
+    base::fail("--layers lobes: wanted a --shader that traces paths, found another");
   return m.for_each_pixel(
       [&](int x, int y, std::uint64_t& traced) {
         for (int s = first; s < first + count; ++s) {
