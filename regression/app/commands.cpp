@@ -49,7 +49,7 @@ struct RunArguments {
   Common common;
   std::string pattern;
   std::optional<std::string> renderer;
-  bool list = false, require_witnesses = false, quick = false;
+  bool list = false, require_witnesses = false, quick = false, judge_only = false;
   int threads = 0;
 };
 
@@ -66,6 +66,7 @@ int run_command(const RunArguments& a, const std::string& program) {
   options.renderer = renderer_of(options.layout, a.renderer, a.threads);
   options.require_witnesses = a.require_witnesses;
   options.quick = a.quick;
+  options.judge_only = a.judge_only;
   options.program = program;
   if (!a.common.suite.empty()) options.accept_options += " --suite " + a.common.suite;
   if (!a.common.build.empty()) options.accept_options += " --build " + a.common.build;
@@ -216,6 +217,8 @@ int dispatch(const std::vector<std::string>& arguments) {
       ->type_name("PATTERN");
   run->add_flag("--list", run_arguments.list, "List the cases and why they are there");
   run->add_flag("--require-witnesses", run_arguments.require_witnesses, "A witness that is SKIPPED fails");
+  run->add_flag("--judge-only", run_arguments.judge_only,
+                "No pending pictures, and of what CHANGED no renders by lobe: the verdicts, sooner");
   run->add_flag("--quick", run_arguments.quick,
                 "First only the first 16 samples: cases that have their golden's are not looked at further");
   add_renderer(run, run_arguments.renderer, run_arguments.threads);

@@ -220,8 +220,9 @@ class Run {
         outcome.map_file = write_map(outcome.name + ".flip", outcome.golden.flip_map);
     }
     // An identical picture is worth a new golden only if the old one lacks what was added since.
-    if (outcome.golden.verdict != Verdict::identical || goldens_[i]->quick_hash.empty() ||
-        !goldens_[i]->knows_lobes) {
+    const bool wanted = outcome.golden.verdict != Verdict::identical || goldens_[i]->quick_hash.empty() ||
+                        !goldens_[i]->knows_lobes;
+    if (wanted && !options_.judge_only) {
       golden::write_pending(layout_, c, outcome.hashes, *render, goldens_[i]);
       outcome.pending_file = layout_.pending_file(c.name);
     }

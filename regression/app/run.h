@@ -43,6 +43,7 @@ struct RunOptions {
   suite::RendererCommand renderer;
   std::vector<std::string> names;
   bool require_witnesses = false;
+  bool judge_only = false;                        // no pending pictures, no lobes of what CHANGED
   bool quick = false;                             // cases whose first samples are the golden's need no more
   std::string program = "assay", accept_options;  // as the accept command should be typed
   std::function<void(const CaseOutcome&)> on_case = {};      // as soon as its verdict stands

@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """Lets the suite find the planted faults: the proof that it can fail.
 
-  judge.py find NAME      run the case that faults.toml names for this fault: exit 0 if the suite finds it
-  judge.py control        run every case with no fault on: the planted renderer must draw the goldens, bit for bit
+  judge.py find NAME      run the case that faults.toml names for this fault: exit 0 if the suite finds it, and
+                          names the lobe that faults.toml names
+  judge.py control        with no fault on, the planted renderer must draw the first samples of all goldens
   judge.py places         every fault still has its place in the source
   judge.py table          every fault against its own case: the table of docs/faults.md
-  judge.py matrix [NAME…] every fault against every case, to BUILD/faulty/matrix.json and a table on standard
-                          output (nightly, an hour and a half); with names, only these faults are run anew
+  judge.py matrix [NAME…] every fault against every case, to BUILD/faulty/matrix.json and into docs/faults.md
+                          (nightly, about an hour; a case whose first samples are the golden's counts as
+                          IDENTICAL unseen); with names, only these faults are run anew
 
 A fault is found when a picture is CHANGED, NOISIER or BROKEN. UNDECIDED and ERROR do not count.
 Exit codes: 0 found, 1 not found, 2 could not run.
@@ -22,6 +24,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 import plant  # noqa: E402
 
+BEGIN, END = "<!-- matrix -->", "<!-- /matrix -->"
 FOUND = ("CHANGED", "NOISIER", "BROKEN")
 
 
@@ -30,19 +33,20 @@ def fail(message):
     sys.exit(2)
 
 
-def run_suite(build, name, pattern=None):
-    """Verdicts of the cases, {case: results}, with the fault `name` on."""
+def run_suite(build, name, pattern=None, options=()):
+    """Verdicts of the cases, {case: results}, with the fault `name` on (None: no fault)."""
     folder = build / "faulty" / "runs" / (name or "control")
     folder.mkdir(parents=True, exist_ok=True)
-    for old in (folder / "results").glob("*.json"):
+    for old in [*(folder / "results").glob("*.json"), *folder.glob("run.json")]:
         old.unlink()
     command = [str(build / "faulty/bin/assay"), "run", "--suite", str(HERE.parent), "--build", str(folder)]
+    command += options
     if pattern:
         command += ["-k", pattern]
     environment = dict(os.environ, ASSAY_FAULT=name or "")
     done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     results = {p.stem: json.loads(p.read_text()) for p in (folder / "results").glob("*.json")}
-    if not results:
+    if not (folder / "run.json").exists():
         fail("%s: no results:\n%s" % (" ".join(command), done.stdout))
     return results
 
@@ -67,13 +71,18 @@ def find(build, name):
         fail("%s: wanted a name in faults.toml" % name)
     result = run_suite(build, name, exactly(fault["case"]))[fault["case"]]
     print("%s: %s: %s: %s" % (name, fault["case"], result["verdict"], result["reason"]))
-    return 0 if result["verdict"] in FOUND else 1
+    if result["verdict"] not in FOUND:
+        return 1
+    moved = result["reason"].partition("by lobe: ")[2].partition(" ")[0]  # the one that moved most
+    if fault.get("lobe", "") not in moved:
+        print("%s: wanted by lobe: %s, found %s" % (name, fault["lobe"], moved or "none"))
+        return 1
+    return 0
 
 
 def control(build):
-    results = run_suite(build, None)
-    wrong = [case for case, result in sorted(results.items()) if result["verdict"] != "IDENTICAL"]
-    print("%d cases, %d IDENTICAL%s" % (len(results), len(results) - len(wrong), "".join("\n  " + w for w in wrong)))
+    wrong = run_suite(build, None, options=["--quick"])
+    print("of all cases' first samples %d are not the golden's%s" % (len(wrong), "".join("\n  " + w for w in sorted(wrong))))
     return 1 if wrong else 0
 
 
@@ -83,71 +92,84 @@ def places(build):
     return 1 if misplaced else 0
 
 
+def verdict_and_change(result):
+    return [result["verdict"], change(result)]
+
+
+def table(build):
+    """Every fault against its own case, as Markdown."""
+    faults, verdicts = plant.read_faults(), {}
+    for number, fault in enumerate(faults, 1):
+        print("[%d/%d] %s" % (number, len(faults), fault["name"]), file=sys.stderr, flush=True)
+        result = run_suite(build, fault["name"], exactly(fault["case"]))[fault["case"]]
+        verdicts[fault["name"]] = {fault["case"]: verdict_and_change(result)}
+    print(own_cases(faults, verdicts))
+    return 0 if all(found_by(row) for row in verdicts.values()) else 1
+
+
 def matrix(build, names):
     store = build / "faulty/matrix.json"
-    table = json.loads(store.read_text()) if names and store.exists() else {}
+    verdicts = json.loads(store.read_text()) if names and store.exists() else {}
     faults = plant.read_faults()
     for number, fault in enumerate(faults, 1):
         if names and fault["name"] not in names:
             continue
         print("[%d/%d] %s" % (number, len(faults), fault["name"]), file=sys.stderr, flush=True)
-        table[fault["name"]] = {case: [r["verdict"], change(r)] for case, r in run_suite(build, fault["name"]).items()}
-        store.write_text(json.dumps(table, indent=1))
-    print(report(faults, table))
-    return 0 if all(found_by(table[f["name"]]) for f in faults if f["name"] in table) else 1
-
-
-def table(build):
-    """Every fault against its own case, as Markdown."""
-    faults = plant.read_faults()
-    lines = ["| fault | what is wrong | in | found by | verdict | the picture's mean |", "|---|---|---|---|---|---|"]
-    subtle = missed = 0
-    for number, fault in enumerate(faults, 1):
-        print("[%d/%d] %s" % (number, len(faults), fault["name"]), file=sys.stderr, flush=True)
-        result = run_suite(build, fault["name"], exactly(fault["case"]))[fault["case"]]
-        moved = change(result)
-        subtle += moved is not None and abs(moved) < .01
-        missed += result["verdict"] not in FOUND
-        lines.append("| %s | %s | %s | %s | %s | %s |" % (
-            fault["name"], fault["why"], fault["file"].split("/")[1], fault["case"], result["verdict"],
-            "" if moved is None else "%+.2f %%" % (100 * moved)))
-    rooms = {}
-    for fault in faults:
-        room = fault["file"].split("/")[1]
-        rooms[room] = rooms.get(room, 0) + 1
-    print("%d faults (%s), %d found. %d move the mean of their picture by less than 1 %%.\n" % (
-        len(faults), ", ".join("%s %d" % r for r in sorted(rooms.items())), len(faults) - missed, subtle))
-    print("\n".join(lines))
-    return 1 if missed else 0
+        results = run_suite(build, fault["name"], options=["--quick", "--judge-only"])
+        # The fault's own case in full: its first samples may be sound.
+        results.update(run_suite(build, fault["name"], exactly(fault["case"]), ["--judge-only"]))
+        verdicts[fault["name"]] = {case: verdict_and_change(r) for case, r in results.items()}
+        store.write_text(json.dumps(verdicts, indent=1))
+    faults = [f for f in faults if f["name"] in verdicts]
+    cases = sorted(p.stem for p in (HERE.parent / "cases").glob("*.json") if p.stem != "schema")
+    text = own_cases(faults, verdicts) + "\n\n" + grid(faults, verdicts, cases)
+    page = HERE.parent.parent / "docs/faults.md"
+    before, _, rest = page.read_text().partition(BEGIN)
+    page.write_text(before + BEGIN + "\n\n" + text + "\n\n" + END + rest.partition(END)[2])
+    print(text)
+    return 0 if all(found_by(verdicts[f["name"]]) for f in faults) else 1
 
 
 def found_by(row):
     return sorted(case for case, (verdict, _) in row.items() if verdict in FOUND)
 
 
-def report(faults, table):
-    lines = ["| fault | in | what | found by | its case | change of that picture's mean |", "|---|---|---|---|---|---|"]
-    alone = {}
-    subtle = 0
+def own_cases(faults, verdicts):
+    lines = ["| fault | what is wrong | in | found by | verdict | the picture's mean |", "|---|---|---|---|---|--:|"]
+    subtle, rooms = 0, {}
     for fault in faults:
-        row = table.get(fault["name"])
-        if row is None:
-            continue
-        found = found_by(row)
-        for case in found if len(found) == 1 else ():
-            alone.setdefault(case, []).append(fault["name"])
-        verdict, moved = row[fault["case"]]
+        room = fault["file"].split("/")[1]
+        rooms[room] = rooms.get(room, 0) + 1
+        verdict, moved = verdicts[fault["name"]][fault["case"]]
         subtle += moved is not None and abs(moved) < .01
-        lines.append("| %s | %s | %s | %d of %d | %s: %s | %s |" % (
-            fault["name"], fault["file"].split("/")[1], fault["why"], len(found), len(row), fault["case"], verdict,
-            "" if moved is None else "%+.2g %%" % (100 * moved)))
-    cases = sorted({case for row in table.values() for case in row})
-    idle = [c for c in cases if not any(c in found_by(row) for row in table.values())]
-    lines += ["", "%d faults, %d found, %d of them move their picture's mean by less than 1 %%." % (
-        len(table), sum(bool(found_by(row)) for row in table.values()), subtle),
-        "", "Only one case finds: " + "; ".join("%s (%s)" % (n, c) for c, ns in sorted(alone.items()) for n in ns),
-        "", "Cases that found none of these: " + (", ".join(idle) or "none")]
-    return "\n".join(lines)
+        lines.append("| %s | %s | %s | %s | %s | %s |" % (
+            fault["name"], fault["why"], room, fault["case"], verdict,
+            "" if moved is None else "%+.2f %%" % (100 * moved)))
+    found = sum(bool(found_by({f["case"]: verdicts[f["name"]][f["case"]]})) for f in faults)
+    return "%d faults (%s), %d found. %d move the mean of their picture by less than 1 %%.\n\n" % (
+        len(faults), ", ".join("%s %d" % r for r in sorted(rooms.items())), found, subtle) + "\n".join(lines)
+
+
+def grid(faults, verdicts, cases):
+    """Faults by cases, a letter each, and what follows for the cases."""
+    letter = {"CHANGED": "C", "NOISIER": "N", "BROKEN": "B", "ERROR": "E", "UNDECIDED": "?", "QUIETER": "q",
+              "EQUIVALENT": "=", "IDENTICAL": "."}
+    width = max(len(f["name"]) for f in faults)
+    lines = ["```text"]
+    for row in range(max(len(c) for c in cases)):
+        lines.append(" " * (width + 2) + "".join(c.rjust(max(len(c) for c in cases))[row] for c in cases).rstrip())
+    alone = {}
+    for fault in faults:
+        verdict = verdicts[fault["name"]]
+        found = found_by(verdict)
+        if len(found) == 1:
+            alone.setdefault(found[0], []).append(fault["name"])
+        lines.append("%-*s  %s %d" % (width, fault["name"], "".join(
+            letter[verdict[c][0]] if c in verdict else "." for c in cases), len(found)))
+    idle = [c for c in cases if not any(c in found_by(verdicts[f["name"]]) for f in faults)]
+    return "\n".join(lines + ["```", "", "Found by one case only: " + "; ".join(
+        "`%s` (%s)" % (c, ", ".join(names)) for c, names in sorted(alone.items())) + ".", "",
+        "Cases that found none of these: " + (", ".join("`%s`" % c for c in idle) or "none") + "."])
 
 
 def main():

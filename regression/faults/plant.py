@@ -85,8 +85,9 @@ def main():
     faults = read_faults()
     misplaced, written = [], set()
     for path in sorted(renderer.glob("*/*")):
-        # Not the tests, and of the programs only the renderer.
-        if path.suffix not in (".h", ".cpp") or path.name.endswith(("_test.cpp", "_main.cpp")):
+        # Not the tests, and of the programs only assay-render.
+        if (path.suffix not in (".h", ".cpp") or path.name.endswith(("_test.cpp", "_main.cpp"))
+                or path.parent.name == "view"):
             continue
         text = path.read_text()
         name = "renderer/%s/%s" % (path.parent.name, path.name)

@@ -79,13 +79,14 @@ std::string moved_lobes(const std::vector<LobeMean>& golden, const std::vector<L
     const Move& m = moves[i];
     char line[160];
     if (m.was->mean > 0)
-      std::snprintf(line, sizeof line, " %+.2g %%", 100 * m.by() / m.was->mean);
+      std::snprintf(line, sizeof line, " %+.3g %%", 100 * m.by() / m.was->mean);
     else
       std::snprintf(line, sizeof line, " from 0 to %.2g", m.is->mean);
     text += (i ? ", " : "by lobe: ") + m.was->name + line;
     const double error = std::hypot(m.was->standard_error, m.is->standard_error);
     if (error > 0) {
-      std::snprintf(line, sizeof line, " (%.2g sigma)", std::abs(m.by()) / error);
+      const double sigmas = std::abs(m.by()) / error;
+      std::snprintf(line, sizeof line, " (%.*f sigma)", sigmas < 10 ? 1 : 0, sigmas);
       text += line;
     }
   }
