@@ -131,8 +131,7 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
   // build uses TBB.
   m.isa = fastest_isa ? "fastest" : __builtin_cpu_supports("avx") ? "avx" : "sse4.2";
   m.device = rtcNewDevice(fastest_isa ? "" : m.isa == "avx" ? "isa=avx" : "isa=sse4.2");
-  if (!m.device)
-    base::fail("Embree could not start (error ", static_cast<int>(rtcGetDeviceError(nullptr)), ")");
+  if (!m.device) embree_error(nullptr, rtcGetDeviceError(nullptr), "could not start");
   rtcSetDeviceErrorFunction(m.device, embree_error, nullptr);
   m.scene = rtcNewScene(m.device);
   Impl::configure(m.scene);
