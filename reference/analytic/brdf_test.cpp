@@ -196,7 +196,9 @@ TEST(TexturedRoughness, of_zero_and_one_per_texel_is_finite_and_not_black) {
       s.cameras[0].yfov = 1;
       s.meshes[0].texcoords[0] = {{0, 0}, {8, 0}, {8, 8}, {0, 8}};
       // G roughness, B metallic.
-      s.bitmaps = {{"checks", 2, 2, {{0, 0, 1, 1}, {0, 1, 1, 1}, {0, 1, 0, 1}, {0, 0, 0, 1}}}};
+      constexpr std::uint16_t one = 65535;
+      s.bitmaps = {
+          {"checks", 2, 2, {{0, 0, one, one}, {0, one, one, one}, {0, one, 0, one}, {0, 0, 0, one}}}};
       s.environment = white();
       Settings settings;
       settings.shader = shader;

@@ -59,7 +59,8 @@ json describe_camera(const scene::Camera& camera) {
   return out;
 }
 
-json describe_bitmap(const scene::Bitmap& bitmap) {
+template <typename Bitmap>
+json describe_bitmap(const Bitmap& bitmap) {
   return {{"name", bitmap.name}, {"size", json::array({bitmap.width, bitmap.height})}};
 }
 
@@ -95,7 +96,7 @@ json describe(const Options& options, const scene::Scene& scene, const std::stri
               {"instances", scene.instances.size()},
               {"instanced_triangles", instanced},
               {"materials", list(scene.materials, describe_material)},
-              {"textures", list(scene.bitmaps, describe_bitmap)},
+              {"textures", list(scene.bitmaps, describe_bitmap<scene::EncodedBitmap>)},
               {"lights", list(scene.lights, describe_light)},
               {"cameras", list(scene.cameras, describe_camera)},
               {"rendered_as", CLI::detail::split(reduced, '\n')},

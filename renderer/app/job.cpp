@@ -72,7 +72,7 @@ const scene::Scene& Stage::prepare(Options& options) {
   const std::string key = path.string() + '\n' + std::to_string(changed) + options.text("punctual-units");
   if (key != std::exchange(key_, "")) {
     scene_ = {};  // before the next is read: two large scenes need not fit at once
-    scene_ = gltf::load(options.text("scene"), {options.punctual_units, {}});
+    scene_ = gltf::load(options.text("scene"), options.load);
   }
 
   const bool has_camera = !scene_.cameras.empty(), has_light = app::has_light(scene_);

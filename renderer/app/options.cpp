@@ -105,6 +105,7 @@ const std::vector<Row> table = {
     {output, "log", "FILE", {}, any, {}, "append what happened, with times"},
     {output, "threads", "N", 0, integer(0, 1024), {}, "0 is all; the picture does not depend on it"},
 
+    {program, "max-memory", "GB", 1, above(0, 1e6), {}, "refuse a scene that asks for more, with what is built over it"},
     {program, "batch", "FILE", {}, any, {}, R"(run the jobs of a file {"jobs": [{"scene": ..., "out": ..., "spp": 64}, ...]})"},
     {program, "info", "", false, any, {}, "say what is in the scene and what would be used; do not render"},
     {program, "json", "", false, any, {}, "results as JSON on standard output, one object a line"},

@@ -17,7 +17,7 @@ struct Options {
 
   // From here on filled by complete(); the size by choose_size().
   integrator::Settings render;
-  gltf::PunctualUnits punctual_units = gltf::PunctualUnits::automatic;
+  gltf::Options load;
   std::string environment_hash;  // SHA-256 of --environment, once it was read
   // One line each, about what nobody asked for: choices only --info mentions, notes are always said.
   std::vector<std::string> choices, notes;

@@ -23,7 +23,8 @@ void complete(Options& o) {
   r.filter = static_cast<integrator::Filter>(o.index("filter"));
   r.hide_environment = o["hide-environment"];
   r.threads = o["threads"];
-  o.punctual_units = static_cast<gltf::PunctualUnits>(o.index("punctual-units"));
+  o.load.punctual_units = static_cast<gltf::PunctualUnits>(o.index("punctual-units"));
+  o.load.limits.memory = static_cast<std::uint64_t>(o["max-memory"].get<double>() * 1e9);
 
   // Replicates divide the samples. Whichever was left open gives way.
   if (o.has("replicates")) {

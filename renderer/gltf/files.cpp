@@ -51,14 +51,15 @@ std::string resolve(const Document& document, const std::string& place, const st
   return target.string();
 }
 
-Bytes read_file(const Document& document, const std::string& path, const std::string& place,
-                std::uint64_t limit) {
+Bytes read_file(const Document& document, const std::string& path, const std::string& place) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   document.want(fs::is_regular_file(status), place, "a regular file",
                 fs::exists(status) ? "something else" : "none");
   const std::uint64_t size = fs::file_size(path, error);
-  document.want(!error && size <= limit, place, at_most(limit) + " bytes", size);
+  constexpr std::uint64_t most = 0x7FFFFFFF;  // lengths are ints in OpenSSL and tinygltf
+  document.want(!error && size <= most, place, at_most(most) + " bytes", size);
+  document.take(place, size, 1);
   Bytes bytes(size);
   std::ifstream stream(path, std::ios::binary);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
@@ -72,6 +73,7 @@ Bytes decode_data_uri(const Document& document, const std::string& place, const 
   document.want(first >= 5 + tag.size() && uri.compare(first - tag.size(), tag.size(), tag) == 0, place,
                 "a data: URI with ;base64,", start);
   const size_t size = uri.size() - first;
+  document.take(place, size, 1);
   Bytes bytes(size / 4 * 3 + 3);
   const int decoded = EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(&uri[first]),
                                       static_cast<int>(size));

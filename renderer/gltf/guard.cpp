@@ -6,6 +6,7 @@
 #include <openssl/evp.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 namespace gltf {
@@ -58,6 +59,9 @@ Span unframe(const Document& document, Span bytes, std::optional<Span>& binary) 
   return text;
 }
 
+// Of a comma or bracket with the key, the value and what is made of it (measured, at worst).
+constexpr std::uint64_t json_value_bytes = 400;
+
 // Depth and number of values, on the bytes: a parser that recursed or allocated first would be too late.
 void check_nesting(const Document& document, Span text, const Limits& limits) {
   int depth = 0;
@@ -75,26 +79,26 @@ void check_nesting(const Document& document, Span text, const Limits& limits) {
       document.fail("JSON byte " + std::to_string(i),
                     at_most(static_cast<std::uint64_t>(limits.json_depth)) + " nested levels", "more");
   }
-  document.want(values <= limits.json_values, "JSON", at_most(limits.json_values) + " values", values);
+  // Once parsed by us and once by tinygltf.
+  document.take("JSON", values, json_value_bytes);
+  document.take("JSON", text.size(), 3);
 }
 
 // Bring every byte the document needs into `files`, and what is external into the hash.
-void read_files(Document& document, const std::optional<Span>& binary, const Limits& limits) {
+void read_files(Document& document, const std::optional<Span>& binary) {
   std::vector<Span> hashed{*document.files[0]};
-  std::uint64_t total = 0;
+  std::map<std::string, Span> known;  // a file named twice is read once
   const auto keep = [&](Bytes bytes) -> Span {
     return *document.files.emplace_back(std::make_unique<const Bytes>(std::move(bytes)));
   };
   const auto read = [&](const std::string& place, const std::string& path) {
-    return hashed.emplace_back(keep(read_file(document, path, place, limits.file_bytes)));
+    const auto [file, fresh] = known.try_emplace(path);
+    if (fresh) file->second = keep(read_file(document, path, place));
+    return hashed.emplace_back(file->second);
   };
   const auto take = [&](const std::string& place, const std::string& uri) {
-    const Span bytes = uri.starts_with("data:") ? keep(decode_data_uri(document, place, uri))
-                                                : read(place, resolve(document, place, uri));
-    total += bytes.size();
-    document.want(total <= limits.file_bytes, place, at_most(limits.file_bytes) + " bytes in all files",
-                  total);
-    return bytes;
+    return uri.starts_with("data:") ? keep(decode_data_uri(document, place, uri))
+                                    : read(place, resolve(document, place, uri));
   };
   for (const json& buffer : list(document.json, "buffers")) {
     const size_t i = document.buffers.size(), wanted = buffer["byteLength"];
@@ -130,12 +134,11 @@ void read_files(Document& document, const std::optional<Span>& binary, const Lim
 
 }  // namespace
 
-Document guard(const std::string& file, const Limits& user_limits, Warnings& warnings) {
-  Limits limits = user_limits;
-  limits.file_bytes = std::min<std::uint64_t>(limits.file_bytes, 0x7FFFFFFF);
+Document guard(const std::string& file, const Limits& limits, Warnings& warnings) {
   Document document;
   document.file = file;
-  document.files.push_back(std::make_unique<const Bytes>(read_file(document, file, "", limits.file_bytes)));
+  document.memory_left = limits.memory;
+  document.files.push_back(std::make_unique<const Bytes>(read_file(document, file, "")));
   std::optional<Span> binary;
   const Span text = unframe(document, *document.files[0], binary);
   check_nesting(document, text, limits);
@@ -158,7 +161,7 @@ Document guard(const std::string& file, const Limits& user_limits, Warnings& war
   check_ranges(document);
   document.scene = root.value("scene", list(root, "scenes").empty() ? -1 : 0);
   document.roots = check_nodes(document, limits);
-  read_files(document, binary, limits);
+  read_files(document, binary);
   document.materials.swap(root["materials"]);
   for (const char* read : {"materials", "buffers", "images"}) root.erase(read);
   return document;
@@ -167,7 +170,8 @@ Document guard(const std::string& file, const Limits& user_limits, Warnings& war
 std::string hash(const std::string& file) {
   Document document;
   document.file = file;
-  return sha256({read_file(document, file, "", Limits{}.file_bytes)});
+  document.memory_left = ~std::uint64_t{0};
+  return sha256({read_file(document, file, "")});
 }
 
 }  // namespace gltf

@@ -64,6 +64,15 @@ struct Document {
   std::vector<int> roots;   // nodes to start from
   std::string environment;  // path of the environment map, allowed and readable; empty: none
   std::string hash;         // docs/formats.md, "scene hash"
+  // What is left of Limits::memory: whoever allocates because the file says so takes it from here, first.
+  mutable std::uint64_t memory_left = 0;
+
+  void take(const std::string& place, std::uint64_t count, std::uint64_t bytes_each) const {
+    want(count <= memory_left / bytes_each, place,
+         "no more memory than " + std::to_string(memory_left) + " bytes for it (see --max-memory)",
+         std::to_string(count) + " times " + std::to_string(bytes_each));
+    memory_left -= count * bytes_each;
+  }
 
   // Of the scene that is rendered.
   const nlohmann::json& extras() const {
@@ -103,8 +112,7 @@ std::vector<int> check_nodes(const Document& document, const Limits& limits);
 // files.cpp: the folder of the scene file is the only place that is read, and only regular files.
 // Path of `uri` (percent-encoded) below the folder of `document.file`, symbolic links resolved.
 std::string resolve(const Document& document, const std::string& place, const std::string& uri);
-Bytes read_file(const Document& document, const std::string& path, const std::string& place,
-                std::uint64_t limit);
+Bytes read_file(const Document& document, const std::string& path, const std::string& place);
 Bytes decode_data_uri(const Document& document, const std::string& place, const std::string& uri);
 
 // Bytes of one component; the type is one that glTF has.

@@ -21,6 +21,11 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr double lumens_per_watt = 683;  // Blender's exporter
 
+// What is built over the scene, measured: Embree's share of a triangle and of an instance, and that of the
+// lights in an emissive triangle wherever it is placed.
+constexpr std::uint64_t triangle_bytes = 120, instance_bytes = 1500, emitter_bytes = 320,
+                        environment_bytes = 64;
+
 double determinant(const DMat4& m) {
   return m[0][0] * (m[1][1] * m[2][2] - m[2][1] * m[1][2]) -
          m[1][0] * (m[0][1] * m[2][2] - m[2][1] * m[0][2]) +
@@ -110,12 +115,10 @@ class Loader {
         document_.want(stretch * extents_[static_cast<size_t>(mesh)] + std::fabs(to_world[3][row]) <= 1e18,
                        place, "a mesh within 1e18 metres", "one beyond");
       }
-      triangles_ += out_.meshes[static_cast<size_t>(mesh)].triangles.size();
-      const Limits& limits = options_.limits;
-      document_.want(
-          triangles_ <= limits.triangles && out_.instances.size() < limits.instances, place,
-          at_most(limits.triangles) + " triangles in " + std::to_string(limits.instances) + " instances",
-          "more");
+      const scene::Mesh& placed = out_.meshes[static_cast<size_t>(mesh)];
+      document_.take(place, 1, instance_bytes);
+      if (!math::is_black(out_.materials[static_cast<size_t>(placed.material)].emission))
+        document_.take(place, placed.triangles.size(), emitter_bytes);
       out_.instances.push_back({mesh, math::Mat4(to_world)});
     }
   }
@@ -126,6 +129,7 @@ class Loader {
     if (!fresh) return known->second;
     auto mesh = read_primitive(source_, static_cast<size_t>(key.first), key.second);
     if (!mesh) return -1;
+    document_.take(at("meshes", static_cast<size_t>(key.first)), mesh->triangles.size(), triangle_bytes);
     mesh->material = material;
     if (material < 0) {  // glTF's default material, behind the file's own
       mesh->material = static_cast<int>(document_.materials.size());
@@ -215,7 +219,10 @@ class Loader {
       const std::array<float, 3> color = extras["environment_color"];
       environment.map = {"environment_color", 1, 1, {{color[0], color[1], color[2], 1}}};
     } else if (!document_.environment.empty()) {
-      const image::Image image = image::read_environment(document_.environment);
+      image::Limits limits;
+      limits.pixels = static_cast<std::int64_t>(document_.memory_left / environment_bytes);
+      const image::Image image = image::read_environment(document_.environment, limits);
+      document_.take(document_.environment, image.pixels.size(), environment_bytes);
       environment.map = {extras["environment"], image.width, image.height, {}};
       for (const Vec3& pixel : image.pixels) environment.map.texels.push_back(Vec4(pixel, 1));
     } else {
@@ -232,7 +239,6 @@ class Loader {
   scene::Scene& out_;
   std::map<std::pair<int, size_t>, int> meshes_;  // glTF primitive -> index into Scene::meshes
   std::vector<double> extents_;                   // of those, largest coordinate
-  std::uint64_t triangles_ = 0;                   // instanced
 };
 
 }  // namespace

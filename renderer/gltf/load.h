@@ -16,19 +16,14 @@ enum class PunctualUnits { automatic, watt, candela };
 
 // What a file may ask for before it is refused: generous for real scenes, small against amplification.
 struct Limits {
-  std::uint64_t file_bytes =
-      1u << 30;  // one file, and all buffers together; never above 2^31-1 (tinygltf's int)
-  std::uint64_t json_values = 4'000'000;  // commas and brackets
+  // Bytes: the files, what is read from them, and what the renderer builds over that.
+  std::uint64_t memory = 1'000'000'000;
   int json_depth = 64;
   std::uint64_t nodes = 500'000;
   int node_depth = 1024;
   std::uint64_t accessors = 200'000;
   std::uint64_t materials = 16'384;
   std::uint64_t images = 1024;
-  std::uint64_t vertices = 100'000'000;   // all primitives together
-  std::uint64_t triangles = 200'000'000;  // as instanced
-  std::uint64_t instances = 2'000'000;
-  std::uint64_t image_pixels = 1u << 27;  // all images together; 16 bytes each in memory
 };
 
 struct Options {

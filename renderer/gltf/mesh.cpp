@@ -76,9 +76,6 @@ class Primitive {
   }
 
   void read_attributes() {
-    source_.vertices += accessor(primitive_.attributes.at("POSITION")).count;
-    source_.document.want(source_.vertices <= source_.options.limits.vertices, place_,
-                          at_most(source_.options.limits.vertices) + " vertices in all", "more");
     out_.positions = attribute<Vec3>("POSITION", false);
     out_.normals = attribute<Vec3>("NORMAL", false);
     out_.tangents = attribute<Vec4>("TANGENT", false);
@@ -118,7 +115,9 @@ class Primitive {
       if (t.x != t.y && t.y != t.z && t.z != t.x) out_.triangles.push_back(t);
     };
     const size_t n = indices.size();
-    if (primitive_.mode == TINYGLTF_MODE_TRIANGLES) {
+    const bool list = primitive_.mode == TINYGLTF_MODE_TRIANGLES;
+    source_.document.take(place_, list ? n / 3 : n, 2 * sizeof(math::UVec3));  // the vector grows
+    if (list) {
       if (n % 3 != 0)
         warn("has " + std::to_string(n) + " indices, not a multiple of 3: the last ones are left out");
       for (size_t i = 0; i + 2 < n; i += 3) add(i, i + 1, i + 2);

@@ -11,15 +11,19 @@
 
 namespace gltf {
 
+struct Before {  // an order of spans by where they lie
+  bool operator()(const Span& a, const Span& b) const {
+    return std::pair(a.data(), a.size()) < std::pair(b.data(), b.size());
+  }
+};
+
 struct Source {
   const Document& document;
   const Options& options;
   Warnings& warnings;
-  scene::Scene& scene;                 // being filled
-  tinygltf::Model model;               // structure only: no buffers, no images
-  std::map<int, size_t> bitmaps = {};  // glTF image -> index into Scene::bitmaps
-  std::int64_t pixels_left = static_cast<std::int64_t>(options.limits.image_pixels);
-  std::uint64_t vertices = 0;  // read so far, against limits.vertices
+  scene::Scene& scene;                          // being filled
+  tinygltf::Model model;                        // structure only: no buffers, no images
+  std::map<Span, size_t, Before> bitmaps = {};  // encoded image -> index into Scene::bitmaps
 };
 
 // mesh.cpp. Primitive `primitive` of mesh `mesh` without its material; nothing, and a warning saying why, if

@@ -7,6 +7,7 @@
 //   not_both  pairs of members of which one at most may be there
 //   others    warning about a member that is not in `properties`, * being its name
 //   near      members that start so and are not in `properties` are errors that name the nearest one
+// Members that the schema does not know are taken out, so that nobody downstream spends memory on them.
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
@@ -123,6 +124,10 @@ struct Checker {
       std::string warning = rule["others"];
       warnings.add(warning.replace(warning.find('*'), 1, name));
     }
+    if (!rule.contains("properties") || rule.contains("additionalProperties")) return;
+    for (auto member = value.begin(); member != value.end();)
+      member = properties.contains(member.key()) || member.key() == "name" ? std::next(member)
+                                                                           : value.erase(member);
   }
 
   [[noreturn]] void fail_near(const std::string& place, const std::string& name,

@@ -14,14 +14,17 @@ namespace {
 
 float as_float(double x) { return static_cast<float>(x); }
 
-scene::Bitmap decode(Source& source, size_t index) {
+scene::EncodedBitmap decode(Source& source, size_t index) {
   const auto& [bytes, name, mime_type] = source.document.images[index];
   const std::string place = at("images", index);
+  // A decoder may need as much again as the texels take.
+  constexpr std::uint64_t texel = sizeof(math::U16Vec4);
   image::Limits limits;
-  limits.pixels = std::min(limits.pixels, source.pixels_left);
+  limits.pixels =
+      std::min(limits.pixels, static_cast<std::int64_t>(source.document.memory_left / (2 * texel)));
   image::Decoded decoded =
       image::decode(bytes.data(), bytes.size(), source.document.file + ": " + place, limits);
-  source.pixels_left -= static_cast<std::int64_t>(decoded.texels.size());
+  source.document.take(place, decoded.texels.size(), texel);
   const std::string kind = bytes[0] == 0x89 ? "PNG" : "JPEG";
   if (!mime_type.empty() && mime_type != (kind == "PNG" ? "image/png" : "image/jpeg"))
     source.warnings.add(place + " says " + mime_type.substr(0, 40) + " and is a " + kind);
@@ -46,8 +49,10 @@ scene::Texture read_texture(Source& source, const json& object, const char* key)
     source.warnings.add(at("textures", index) + " has no image in a format that is read: ignored");
     return out;
   }
-  const auto [known, fresh] = source.bitmaps.try_emplace(texture.source, source.scene.bitmaps.size());
-  if (fresh) source.scene.bitmaps.push_back(decode(source, static_cast<size_t>(texture.source)));
+  const auto image = static_cast<size_t>(texture.source);
+  const auto [known, fresh] =
+      source.bitmaps.try_emplace(source.document.images[image].bytes, source.scene.bitmaps.size());
+  if (fresh) source.scene.bitmaps.push_back(decode(source, image));
   out.bitmap = static_cast<int>(known->second);
   out.texcoord_set = info["texCoord"];
   if (texture.sampler >= 0) {

@@ -25,7 +25,7 @@ void check_size(const std::string& what, std::int64_t width, std::int64_t height
   if (width < 1 || height < 1 || width > limits.side || height > limits.side ||
       width * height > limits.pixels)
     base::fail(what, ": header: wanted a size of at most ", limits.side, " x ", limits.side, " and ",
-               limits.pixels, " pixels, found ", width, " x ", height);
+               limits.pixels, " pixels (see --max-memory), found ", width, " x ", height);
 }
 
 // Walks the chunks and checks their sums, so that a truncated, damaged or lying PNG is known before an
@@ -120,8 +120,7 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
   if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1)
     base::fail(what, ": wanted 1 to 4 channels, found ", spec.nchannels);
 
-  // Read some rows at a time as 16 bits, which holds 8 bits exactly as multiples of 257: divided here, every
-  // value is the correctly rounded fraction.
+  // Read some rows at a time as 16 bits, which holds 8 bits exactly as multiples of 257.
   Decoded decoded{spec.width, spec.height, spec.nchannels, {}};
   decoded.texels.reserve(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
   constexpr int rows = 64;
@@ -131,11 +130,10 @@ Decoded decode(const std::uint8_t* data, std::size_t size, const std::string& wh
     const int end = std::min(y + rows, spec.height);
     if (!input->read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, OIIO::TypeUInt16, values.data()))
       base::fail(what, ": cannot decode rows ", y, " to ", end - 1, ": ", input->geterror());
-    const auto value = [&](std::size_t i) { return static_cast<float>(values[i]) / 65535; };
     const std::size_t pixels = static_cast<std::size_t>(end - y) * static_cast<std::size_t>(spec.width);
     for (std::size_t i = 0; i < pixels * channels; i += channels)
-      decoded.texels.push_back(
-          {value(i), value(i + step), value(i + 2 * step), channels % 2 == 0 ? value(i + channels - 1) : 1});
+      decoded.texels.emplace_back(values[i], values[i + step], values[i + 2 * step],
+                                  channels % 2 == 0 ? values[i + channels - 1] : std::uint16_t{65535});
   }
   if (input->has_error()) base::fail(what, ": cannot decode: ", input->geterror());
   return decoded;

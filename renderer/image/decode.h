@@ -17,12 +17,12 @@ struct Limits {
   std::int64_t pixels = std::int64_t{1} << 26;
 };
 
-// A texture: values as the file encodes them (8 or 16 bits divided by their maximum, sRGB *not* decoded),
-// alpha unassociated and 1 where the file has none; grey and palette expanded.
+// A texture: codes as the file has them (of 16 bits, 8-bit ones times 257; sRGB *not* decoded), alpha
+// unassociated and 65535 where the file has none; grey and palette expanded.
 struct Decoded {
   int width = 0, height = 0;
-  int channels = 0;                // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA (palette files: 3 or 4)
-  std::vector<math::Vec4> texels;  // row-major from the top
+  int channels = 0;                   // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA (palette files: 3 or 4)
+  std::vector<math::U16Vec4> texels;  // row-major from the top
 };
 
 // Decodes a PNG or a JPEG, recognised by its first bytes. `what` names the image in error messages. Throws

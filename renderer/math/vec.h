@@ -4,6 +4,7 @@
 
 #define GLM_FORCE_CTOR_INIT
 #include <cmath>
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -21,6 +22,7 @@ using DVec3 = glm::dvec3;  // sums of many samples
 using DMat4 = glm::dmat4;  // products of many transforms
 using IVec2 = glm::ivec2;
 using UVec3 = glm::uvec3;
+using U16Vec4 = glm::vec<4, std::uint16_t>;
 
 inline constexpr float pi = 3.14159265358979323846f;
 inline constexpr float inv_pi = 0.31830988618379067154f;

@@ -1,5 +1,6 @@
 // The scene as plain data, addressed by index. Filled by gltf/, read by everything after it; no behaviour.
-// World space is glTF's: right-handed, +y up, metres. Angles in radians. Colours and radiances linear Rec.709.
+// World space is glTF's: right-handed, +y up, metres. Angles in radians. Colours and radiances linear
+// Rec.709.
 #pragma once
 
 #include <optional>
@@ -10,9 +11,22 @@
 
 namespace scene {
 
-// Texels as the file encodes them (8- or 16-bit values divided by their maximum, sRGB *not* decoded: whether a
-// texel is a colour depends on who looks it up), RGBA with alpha unassociated. Row 0 is the top row, which
-// glTF puts at v = 0. Environment maps use the same layout with linear radiance in RGB.
+// A texture's image. Row 0 is the top row, which glTF puts at v = 0.
+struct EncodedBitmap {
+  std::string name;
+  int width = 0, height = 0;
+  // width * height, row-major: RGBA with alpha unassociated, 65535 is one (8-bit codes times 257), sRGB *not*
+  // decoded: whether a texel is a colour depends on who looks it up.
+  std::vector<math::U16Vec4> texels;
+};
+
+// The value of a texel, before any decoding of sRGB.
+inline math::Vec4 fraction(const math::U16Vec4& texel) {
+  const auto part = [](std::uint16_t code) { return static_cast<float>(code) / 65535; };
+  return {part(texel.x), part(texel.y), part(texel.z), part(texel.w)};
+}
+
+// An environment map in the same order: linear radiance in RGB.
 struct Bitmap {
   std::string name;
   int width = 0, height = 0;
@@ -44,8 +58,9 @@ struct Material {
   float anisotropic_rotation = 0;  // turns, counter-clockwise about the normal from the tangent
   float sheen = 0, sheen_tint = .5f;
   float clearcoat = 0;
-  float clearcoat_roughness = .1778279f;  // alpha of the coat is its square; Disney's gloss g: sqrt(mix(.1,.001,g))
-  math::Vec3 emission{0, 0, 0};           // radiance, W/(sr m^2)
+  float clearcoat_roughness =
+      .1778279f;                 // alpha of the coat is its square; Disney's gloss g: sqrt(mix(.1,.001,g))
+  math::Vec3 emission{0, 0, 0};  // radiance, W/(sr m^2)
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = .5f;
   bool double_sided = false;  // false: back faces let every ray through (glTF's culling)
@@ -59,8 +74,9 @@ struct Material {
 struct Mesh {  // one glTF primitive, as indexed triangles, in object space
   std::string name;
   std::vector<math::Vec3> positions;
-  std::vector<math::Vec3> normals;       // empty: flat-shaded with the geometric normal
-  std::vector<math::Vec4> tangents;      // xyz unit, w = +-1 handedness; empty: derived from texcoord set of the normal map
+  std::vector<math::Vec3> normals;  // empty: flat-shaded with the geometric normal
+  std::vector<math::Vec4>
+      tangents;  // xyz unit, w = +-1 handedness; empty: derived from texcoord set of the normal map
   std::vector<math::Vec2> texcoords[2];  // empty: absent
   std::vector<math::Vec4> colors;        // linear RGBA, multiplies base colour; empty: white
   std::vector<math::UVec3> triangles;    // counter-clockwise seen from the front
@@ -77,7 +93,8 @@ struct Camera {
   bool orthographic = false;
   float yfov = .8f;  // perspective: full vertical angle; the horizontal one follows from the image's aspect
   float ymag = 1;    // orthographic: half the height of the view, metres
-  float aspect = 0;  // width / height the file has in mind; only who leaves the image's size open asks; 0: none
+  float aspect =
+      0;  // width / height the file has in mind; only who leaves the image's size open asks; 0: none
   math::Mat4 to_world{1.0f};  // looks along -z, up is +y; rigid (scale removed)
 };
 
@@ -92,7 +109,8 @@ struct Light {  // KHR_lights_punctual
 };
 
 // Latitude-longitude radiance map. Direction d (unit, world) is looked up at
-// u = 1/2 + atan2(d'.z, d'.x) / 2 pi, v = acos(d'.y) / pi (v = 0 the top row), d' = d turned by -rotation about +y.
+// u = 1/2 + atan2(d'.z, d'.x) / 2 pi, v = acos(d'.y) / pi (v = 0 the top row), d' = d turned by -rotation
+// about +y.
 struct Environment {
   Bitmap map;
   float strength = 1;
@@ -102,14 +120,15 @@ struct Environment {
 struct Scene {
   std::string file;
   std::string hash;  // SHA-256 of the bytes the scene is made of, see docs/formats.md
-  std::vector<Bitmap> bitmaps;
+  std::vector<EncodedBitmap> bitmaps;
   std::vector<Material> materials;
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
   std::vector<Camera> cameras;
   std::vector<Light> lights;
   std::optional<Environment> environment;
-  std::vector<std::string> warnings;  // one line each: what the file uses and Assay does not render, approximations
+  std::vector<std::string>
+      warnings;  // one line each: what the file uses and Assay does not render, approximations
 };
 
 }  // namespace scene

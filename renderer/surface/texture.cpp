@@ -42,27 +42,24 @@ float srgb_to_linear(float s) {
 }
 
 Textures::Textures(const scene::Scene& scene, bool filter_encoded)
-    : scene_(scene), filter_encoded_(filter_encoded), decoded_(scene.bitmaps.size()) {
-  if (filter_encoded) return;
-  for (const scene::Material& m : scene.materials)
-    for (const scene::Texture* t : {&m.base_color_texture, &m.emissive_texture}) {
-      if (t->bitmap < 0 || !decoded_[static_cast<size_t>(t->bitmap)].empty()) continue;
-      auto& copy = decoded_[static_cast<size_t>(t->bitmap)];
-      copy = scene.bitmaps[static_cast<size_t>(t->bitmap)].texels;
-      for (Vec4& texel : copy) texel = decode(texel);
-    }
+    : scene_(scene), filter_encoded_(filter_encoded) {
+  if (filter_encoded || scene.bitmaps.empty()) return;
+  for (int code = 0; code < 65536; ++code)
+    decoded_.push_back(srgb_to_linear(static_cast<float>(code) / 65535));
 }
 
 Vec4 Textures::lookup(const scene::Texture& t, const Vec2& uv, bool srgb) const {
-  const auto index = static_cast<size_t>(t.bitmap);
-  const scene::Bitmap& map = scene_.bitmaps[index];
-  const std::vector<Vec4>& texels = srgb && !filter_encoded_ ? decoded_[index] : map.texels;
+  const scene::EncodedBitmap& map = scene_.bitmaps[static_cast<size_t>(t.bitmap)];
   const int w = map.width, h = map.height;
   const float u = reduce(t.a * uv.x + t.b * uv.y + t.c, t.wrap_u) * static_cast<float>(w);
   const float v = reduce(t.d * uv.x + t.e * uv.y + t.f, t.wrap_v) * static_cast<float>(h);
   const auto texel = [&](int i, int j) {
-    return texels[static_cast<size_t>(wrap(j, h, t.wrap_v)) * static_cast<size_t>(w) +
-                  static_cast<size_t>(wrap(i, w, t.wrap_u))];
+    const math::U16Vec4& code =
+        map.texels[static_cast<size_t>(wrap(j, h, t.wrap_v)) * static_cast<size_t>(w) +
+                   static_cast<size_t>(wrap(i, w, t.wrap_u))];
+    const Vec4 value = scene::fraction(code);
+    return srgb && !filter_encoded_ ? Vec4(decoded_[code.x], decoded_[code.y], decoded_[code.z], value.w)
+                                    : value;
   };
   Vec4 c;
   if (t.filter == scene::Filter::nearest) {

@@ -10,19 +10,23 @@ namespace surface {
 
 class Textures {
  public:
-  // Keeps what `scene`'s materials refer to; `filter_encoded` filters sRGB texels before decoding them.
+  // Keeps a reference to `scene`; `filter_encoded` filters sRGB texels before decoding them.
   Textures(const scene::Scene& scene, bool filter_encoded);
 
   // RGBA at texture coordinates uv (any float, even non-finite); colour: RGB is decoded from sRGB.
-  math::Vec4 colour(const scene::Texture& texture, const math::Vec2& uv) const { return lookup(texture, uv, true); }
-  math::Vec4 data(const scene::Texture& texture, const math::Vec2& uv) const { return lookup(texture, uv, false); }
+  math::Vec4 colour(const scene::Texture& texture, const math::Vec2& uv) const {
+    return lookup(texture, uv, true);
+  }
+  math::Vec4 data(const scene::Texture& texture, const math::Vec2& uv) const {
+    return lookup(texture, uv, false);
+  }
 
  private:
   math::Vec4 lookup(const scene::Texture& texture, const math::Vec2& uv, bool srgb) const;
 
   const scene::Scene& scene_;
   bool filter_encoded_;
-  std::vector<std::vector<math::Vec4>> decoded_;  // per bitmap: linear copy, empty if no material needs one
+  std::vector<float> decoded_;  // of each code that a colour may have; empty if colours are filtered encoded
 };
 
 // sRGB transfer function (IEC 61966-2-1), encoded value in [0,1] to linear.
