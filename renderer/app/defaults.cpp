@@ -61,6 +61,10 @@ bool has_light(const scene::Scene& scene) {
   return false;
 }
 
+bool shows_light(integrator::Shader shader) {
+  return shader != integrator::Shader::eyelight && shader < integrator::Shader::normal;
+}
+
 scene::Environment neutral_environment() {
   constexpr int width = 64, height = 32;
   scene::Environment sky{{"neutral sky", width, height, {}}, 1, 0};

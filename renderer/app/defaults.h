@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "integrator/render.h"
 #include "scene/scene.h"
 
 namespace app {
@@ -14,6 +15,9 @@ scene::Camera framing_camera(const scene::Scene& scene, float aspect);
 
 // Whether anything in the scene can send light: an emissive material in use, a lamp, an environment.
 bool has_light(const scene::Scene& scene);
+
+// Whether what a shader shows depends on the scene's lights.
+bool shows_light(integrator::Shader shader);
 
 // A soft neutral sky: radiance .45 above, .2 below, and a broad glow over the left shoulder that shows
 // shapes.

@@ -15,7 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-using integrator::Shader;
 
 constexpr double save_interval_seconds = 5, pass_seconds = 2;
 constexpr double film_bytes = 32;  // of one pixel in one replicate, image/film.h
@@ -41,6 +40,8 @@ int films_of(const Options& options) {
                   : 0);
 }
 
+}  // namespace
+
 // Linux grants memory that is not there and later kills who uses it, so the film's is counted before.
 void check_memory(const Options& options) {
   const integrator::Settings& r = options.render;
@@ -53,8 +54,6 @@ void check_memory(const Options& options) {
     base::fail("out of memory: ", width, " x ", height, " pixels in ", r.replicates, " replicates take ",
                gigabytes, " GB, this machine has ", there, " GB (see --crop, --replicates)");
 }
-
-}  // namespace
 
 void watch_signals() {
   struct sigaction action = {};
@@ -84,12 +83,11 @@ const scene::Scene& Stage::prepare(Options& options) {
     options.notes.push_back("camera: the file has none, everything is framed");
   }
 
-  const Shader shader = options.render.shader;
   if (options.has("environment")) {
     scene_.environment = read_environment(options);
   } else if (options.has("environment-color")) {
     scene_.environment = constant_environment(options["environment-color"]);
-  } else if (!has_light && shader != Shader::eyelight && shader < Shader::normal) {
+  } else if (!has_light && shows_light(options.render.shader)) {
     scene_.environment = neutral_environment();
     options.notes.push_back("light: the file has none, a soft neutral sky lights it");
   } else if (has_camera) {

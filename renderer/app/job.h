@@ -33,6 +33,9 @@ struct Result {  // to_json() is what --json prints
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, out, error, ok, partial, seconds, load_seconds, build_seconds,
                                    render_seconds, samples, rays, rejected)
 
+// Refuses what would not fit into this machine's memory. Throws base::Error.
+void check_memory(const Options& options);
+
 // Renders and writes. Throws base::Error. `options` are complete.
 Result run(Options& options, Stage& stage, Console& console);
 

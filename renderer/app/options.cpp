@@ -203,6 +203,8 @@ size_t Options::index(const std::string& name) const {
   return static_cast<size_t>(std::find(names.begin(), names.end(), text(name)) - names.begin());
 }
 
+const Words& choices_of(const std::string& option) { return find(option)->names; }
+
 Words option_names() {
   Words names = {"help", "version"};
   for (const Row& row : table) names.push_back(row.name);

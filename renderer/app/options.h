@@ -39,6 +39,8 @@ void apply_job(Options& options, const nlohmann::json& job);
 
 // Fills what was left open (samples, replicates) and refuses what does not go together.
 void complete(Options& options);
+// The same without looking at the output.
+void complete_settings(Options& options);
 
 // Fills in the size from the camera's aspect (0: it has none) and checks the crop against it.
 void choose_size(Options& options, float camera_aspect);
@@ -51,5 +53,7 @@ nlohmann::json decisive(const Options& options);
 std::string command(const Options& options, bool with_folders);
 
 std::vector<std::string> option_names();
+// The names that an option chooses from, in the order of the program's enumerations.
+const std::vector<std::string>& choices_of(const std::string& option);
 
 }  // namespace app

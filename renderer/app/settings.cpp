@@ -8,7 +8,7 @@
 
 namespace app {
 
-void complete(Options& o) {
+void complete_settings(Options& o) {
   if (o.text("scene").empty()) base::fail("no scene given (see assay-render --help)");
   integrator::Settings& r = o.render;
   r.shader = static_cast<integrator::Shader>(o.index("shader"));
@@ -44,7 +44,10 @@ void complete(Options& o) {
   for (const char* name : {"d-gamma", "d-constant"})
     if (o.has(name) && r.shader != integrator::Shader::path_disney)
       base::fail("--", name, ": only --shader path_disney has it, found --shader ", o.text("shader"));
+}
 
+void complete(Options& o) {
+  complete_settings(o);
   if (o["info"]) return;
   const std::string out = o.text("out"), extension = image::lower_extension(out);
   const bool eight_bit = extension == ".png" || extension == ".jpg" || extension == ".jpeg";

@@ -72,7 +72,7 @@ class Loader {
     if (node.mesh >= 0) add_instances(node, to_world, place);
     if (node.camera >= 0) add_camera(node, to_world, place);
     const json& light = list(list(document_.json["nodes"][index], "extensions"), "KHR_lights_punctual");
-    if (!light.empty()) add_light(light["light"], to_world, place);
+    if (!light.empty()) add_light(light["light"], to_world, index);
     for (const int child : node.children) visit(static_cast<size_t>(child), to_world);
   }
 
@@ -143,7 +143,6 @@ class Loader {
     return known->second = static_cast<int>(out_.meshes.size()) - 1;
   }
 
-  // A rigid frame: viewing direction kept, up made perpendicular to it, scale, shear and mirroring removed.
   void add_camera(const tinygltf::Node& node, const DMat4& to_world, const std::string& place) {
     const tinygltf::Camera& from = source_.model.cameras[static_cast<size_t>(node.camera)];
     scene::Camera camera;
@@ -156,21 +155,18 @@ class Loader {
       camera.yfov = static_cast<float>(from.perspective.yfov);
       camera.aspect = static_cast<float>(from.perspective.aspectRatio);
     }
-    const Vec3 nothing{0, 0, 0}, back = math::normalize(Vec3(to_world[2]), nothing);
-    const Vec3 right =
-        math::normalize(math::cross(math::normalize(Vec3(to_world[1]), nothing), back), nothing);
-    document_.want(!math::is_black(back) && !math::is_black(right), place, "a camera with a direction",
-                   "a transform that scales it away");
-    camera.to_world = math::Mat4(Vec4(right, 0), Vec4(math::cross(back, right), 0), Vec4(back, 0),
-                                 Vec4(Vec3(to_world[3]), 1));
+    const std::optional<math::Mat4> frame = camera_frame(to_world);
+    document_.want(frame.has_value(), place, "a camera with a direction", "a transform that scales it away");
+    camera.to_world = *frame;
     out_.cameras.push_back(camera);
   }
 
-  void add_light(size_t number, const DMat4& to_world, const std::string& node) {
+  void add_light(size_t number, const DMat4& to_world, size_t node) {
     const tinygltf::Light& from = source_.model.lights[number];
     const std::string place = at("lights", number);
     scene::Light light;
     light.name = from.name;
+    light.node = static_cast<int>(node);
     light.kind = from.type == "directional" ? scene::LightKind::directional
                  : from.type == "spot"      ? scene::LightKind::spot
                                             : scene::LightKind::point;
@@ -188,8 +184,8 @@ class Loader {
     }
     light.position = Vec3(to_world[3]);
     light.direction = -math::normalize(Vec3(to_world[2]), {0, 0, 0});
-    document_.want(!math::is_black(light.direction) || light.kind == scene::LightKind::point, node,
-                   "a light with a direction", "a transform that scales it away");
+    document_.want(!math::is_black(light.direction) || light.kind == scene::LightKind::point,
+                   at("nodes", node), "a light with a direction", "a transform that scales it away");
     if (light.kind == scene::LightKind::spot) {
       const double inner = from.spot.innerConeAngle, outer = from.spot.outerConeAngle;
       document_.want(inner < outer && outer <= pi / 2 + 1e-6, place + ".spot",
@@ -242,6 +238,14 @@ class Loader {
 };
 
 }  // namespace
+
+std::optional<math::Mat4> camera_frame(const DMat4& to_world) {
+  const Vec3 nothing{0, 0, 0}, back = math::normalize(Vec3(to_world[2]), nothing);
+  const Vec3 right = math::normalize(math::cross(math::normalize(Vec3(to_world[1]), nothing), back), nothing);
+  if (math::is_black(back) || math::is_black(right)) return std::nullopt;
+  return math::Mat4(Vec4(right, 0), Vec4(math::cross(back, right), 0), Vec4(back, 0),
+                    Vec4(Vec3(to_world[3]), 1));
+}
 
 scene::Scene load(const std::string& file, const Options& options) {
   scene::Scene out;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "scene/scene.h"
@@ -33,6 +34,10 @@ struct Options {
 
 // Throws base::Error, one line naming the file, the place in it, what was wanted and what was found.
 scene::Scene load(const std::string& file, const Options& options = {});
+
+// The rigid frame of a camera whose node has this transform: viewing direction kept, up made perpendicular to
+// it, scale, shear and mirroring removed. nullopt if nothing is left of a direction.
+std::optional<math::Mat4> camera_frame(const math::DMat4& to_world);
 
 // SHA-256 of a file's bytes, as sha256sum prints it. Throws base::Error.
 std::string hash(const std::string& file);

@@ -43,6 +43,8 @@ struct Texture {
   Filter filter = Filter::linear;
   // KHR_texture_transform as a 2x3 matrix: u' = a u + b v + c, v' = d u + e v + f.
   float a = 1, b = 0, c = 0, d = 0, e = 1, f = 0;
+
+  bool operator==(const Texture&) const = default;
 };
 
 enum class AlphaMode { opaque, mask, blend };
@@ -69,6 +71,8 @@ struct Material {
   Texture metallic_roughness_texture;  // G roughness, B metallic, linear
   Texture normal_texture;              // tangent space, linear
   Texture emissive_texture;            // sRGB
+
+  bool operator==(const Material&) const = default;
 };
 
 struct Mesh {  // one glTF primitive, as indexed triangles, in object space
@@ -96,6 +100,8 @@ struct Camera {
   float aspect =
       0;  // width / height the file has in mind; only who leaves the image's size open asks; 0: none
   math::Mat4 to_world{1.0f};  // looks along -z, up is +y; rigid (scale removed)
+
+  bool operator==(const Camera&) const = default;
 };
 
 enum class LightKind { directional, point, spot };
@@ -106,6 +112,9 @@ struct Light {  // KHR_lights_punctual
   math::Vec3 position{0, 0, 0};
   math::Vec3 direction{0, 0, -1};  // unit, the way the light travels
   float cos_inner = 1, cos_outer = .7071068f;
+  int node = -1;  // of the file it was read from, for who writes it back
+
+  bool operator==(const Light&) const = default;
 };
 
 // Latitude-longitude radiance map. Direction d (unit, world) is looked up at

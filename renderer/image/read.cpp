@@ -1,0 +1,52 @@
+#include "image/read.h"
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "image/decode.h"
+#include "image/oiio.h"
+#include "math/transcendental.h"
+
+namespace image {
+
+namespace {
+
+float srgb_to_linear(float v) { return v <= .04045f ? v / 12.92f : math::pow((v + .055f) / 1.055f, 2.4f); }
+
+Image read_encoded(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) base::fail(path, ": cannot read");
+  const Decoded decoded = decode(bytes.data(), bytes.size(), path);
+  Image image(decoded.width, decoded.height);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    for (int c = 0; c < 3; ++c) image.pixels[i][c] = srgb_to_linear(decoded.texels[i][c]);
+  return image;
+}
+
+}  // namespace
+
+Image read_picture(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") return read_encoded(path);
+  if (extension != ".exr" && extension != ".hdr")
+    base::fail(path, ": wanted an .exr, .hdr, .png or .jpg, found ",
+               extension.empty() ? "no extension" : extension);
+  const auto input = open_as(extension, path);
+  const OIIO::ImageSpec& spec = input->spec();
+  const Limits limits;
+  if (spec.width > limits.side || spec.height > limits.side || spec.deep || spec.depth > 1)
+    base::fail(path, ": wanted a flat picture of at most ", limits.side, " pixels a side, found another");
+  int first = -1;
+  for (int c = 0; c + 2 < spec.nchannels; ++c)
+    if (spec.channel_name(c) == "R" && spec.channel_name(c + 1) == "G" && spec.channel_name(c + 2) == "B")
+      first = c;
+  if (first < 0) base::fail(path, ": wanted channels R, G, B, found others");
+  Image image(spec.width, spec.height);
+  if (!input->read_image(0, 0, first, first + 3, OIIO::TypeFloat, image.pixels.data()))
+    base::fail(path, ": cannot read: ", input->geterror());
+  return image;
+}
+
+}  // namespace image
