@@ -41,4 +41,7 @@ void complain(const std::string& message);
 // with; both must outlive the parsing.
 void add_study(CLI::App& app, const std::vector<std::string>& arguments, int& code);
 
+// Adds `assay speed`; the same holds.
+void add_speed(CLI::App& app, const std::vector<std::string>& arguments, int& code);
+
 }  // namespace app

@@ -340,6 +340,7 @@ int dispatch(const std::vector<std::string>& arguments) {
   calibrate_app->callback([&] { code = calibrate_command(calibrate_arguments, calibrate_options); });
 
   add_study(app, arguments, code);
+  add_speed(app, arguments, code);
 
   // A wrong first word deserves a better answer than a list of what is required.
   const std::vector<std::string> words = command_words(app);

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -76,15 +77,17 @@ class Child {
     if (pid_ > 0) {
       kill_group();
       running_group = 0;
-      waitpid(pid_, &status_, 0);
+      wait4(pid_, &status_, 0, &usage_);
     }
     pid_ = 0;
     return status_;
   }
+  double peak_mb() const { return static_cast<double>(usage_.ru_maxrss) / 1024; }  // after end()
 
  private:
   pid_t pid_;
   int status_ = 0;
+  rusage usage_{};
 };
 
 // In the child, between fork and exec: only calls that are safe there.
@@ -190,6 +193,7 @@ ProcessEnd run_process(const std::vector<std::string>& arguments, double timeout
   const int status = child.end();
   hand_out_lines(true);
   end.seconds = seconds_since(start);
+  end.peak_mb = child.peak_mb();
   if (!end.timed_out && WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
   if (!end.timed_out && WIFSIGNALED(status)) end.signal = WTERMSIG(status);
   return end;

@@ -15,6 +15,7 @@ struct ProcessEnd {
   int signal = 0;            // if a signal ended it
   std::string error_output;  // the last part of what it wrote to stderr
   double seconds = 0;
+  double peak_mb = 0;  // largest resident size it had
 
   bool ok() const { return start_error.empty() && !timed_out && signal == 0 && exit_code == 0; }
   // One line: "timed out after 60 s", "crashed with signal 11 (Segmentation fault): last line of stderr", ...

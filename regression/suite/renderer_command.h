@@ -50,11 +50,12 @@ class RendererCommand {
   bool is_template() const { return !template_.empty(); }
   bool understands(const std::string& placeholder) const;  // always true for our own
   std::string text() const;                                // for the provenance
+  // A template's words, filled in for this job.
+  std::vector<std::string> arguments(const Job& job) const;
 
  private:
   std::vector<Outcome> run_batch(const std::vector<Job>& jobs, const std::string& scratch,
                                  const OnOutcome&) const;
-  std::vector<std::string> arguments(const Job& job) const;
 
   std::string program_;
   std::vector<std::string> template_;
