@@ -130,7 +130,7 @@ void write_environment(Json& extras, const EnvironmentEdit& edit, const fs::path
 }  // namespace
 
 void save(const std::string& original, const std::string& hash, const std::string& target, const Edits& edits,
-          PunctualUnits units) {
+          const Options& options) {
   const fs::path path = target;
   const std::string extension = image::lower_extension(target);
   if (extension != ".gltf" && extension != ".glb")
@@ -140,11 +140,11 @@ void save(const std::string& original, const std::string& hash, const std::strin
     base::fail(target, ": wanted another file than the scene it was read from");
   std::vector<std::string> lines;
   Warnings warnings(lines);
-  const Document document = guard(original, {}, warnings);
+  const Document document = guard(original, options.limits, warnings);
   if (document.hash != hash) base::fail(original, ": it has changed since it was loaded");
 
   Json root = read_json(document);
-  Editor editor(root, document, units);
+  Editor editor(root, document, options.punctual_units);
   for (const MaterialEdit& edit : edits.materials) editor.write(edit);
   for (const scene::Light& light : edits.lights) editor.write(light);
   if (edits.camera) editor.add(*edits.camera);
@@ -156,7 +156,7 @@ void save(const std::string& original, const std::string& hash, const std::strin
   } else if (moved && !document.environment.empty()) {
     const std::string name =
         path.stem().string() + ".environment" + image::lower_extension(document.environment);
-    const Bytes bytes = read_file(document, document.environment, "environment", Limits{}.file_bytes);
+    const Bytes bytes = read_file(document, document.environment, "environment");
     write((path.parent_path() / name).string(), {bytes.begin(), bytes.end()});
     editor.extras()["environment"] = to_uri(name);
   }

@@ -37,8 +37,9 @@ struct Edits {
 // a .gltf that names files goes only into the folder of the original. Materials get their values in core
 // glTF, in the disney_* extras and, where a coat was edited, in KHR_materials_clearcoat; an extension that
 // only approximates an edited parameter (KHR_materials_specular, _ior, _sheen, _anisotropy) is taken out.
-// `hash`: the scene's, so that a file which changed since it was loaded is noticed. Throws base::Error.
+// `options`: with which it was loaded. `hash`: the scene's, so that a file which changed since it was loaded
+// is noticed. Throws base::Error.
 void save(const std::string& original, const std::string& hash, const std::string& target, const Edits& edits,
-          PunctualUnits units);
+          const Options& options = {});
 
 }  // namespace gltf

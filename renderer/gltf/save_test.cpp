@@ -123,7 +123,7 @@ TEST(Save, every_edited_value_of_every_scene_of_the_suite_reads_back_bit_by_bit)
       scene::Scene edited = load(file);
       const std::string hash = edited.hash;
       const Edits edits = random_edits(edited, random);
-      save(file, hash, folder / name, edits, PunctualUnits::automatic);
+      save(file, hash, folder / name, edits);
       expect_same(load(folder / name), edited);
     }
   }
@@ -134,7 +134,7 @@ TEST(Save, without_edits_everything_stays) {
     SCOPED_TRACE(file);
     const sample::Folder folder;
     const scene::Scene scene = load(file);
-    save(file, scene.hash, folder / "saved.glb", {}, PunctualUnits::automatic);
+    save(file, scene.hash, folder / "saved.glb", {});
     std::string before, after;
     json was = json_of(file, &before);
     const json is = json_of(folder / "saved.glb", &after);
@@ -152,7 +152,7 @@ TEST(Save, one_edit_touches_its_material_alone) {
   const scene::Scene scene = load(file);
   MaterialEdit edit{1, scene.materials[1], scene.materials[1]};
   edit.after.roughness = .125f;
-  save(file, scene.hash, folder / "saved.glb", {{edit}, {}, {}, {}}, PunctualUnits::automatic);
+  save(file, scene.hash, folder / "saved.glb", {{edit}, {}, {}, {}});
   json was = json_of(file), is = json_of(folder / "saved.glb");
   EXPECT_EQ(is["materials"][1]["pbrMetallicRoughness"]["roughnessFactor"], .125);
   EXPECT_EQ(is["materials"][1]["extensions"], was["materials"][1]["extensions"]) << "no coat was edited";
@@ -173,7 +173,7 @@ TEST(Save, extensions_that_approximate_an_edited_parameter_go_and_the_coat_is_sa
   MaterialEdit edit{0, scene.materials[0], scene.materials[0]};
   edit.after.sheen = 1;
   edit.after.clearcoat_roughness = .2f;
-  save(file, scene.hash, folder / "b.glb", {{edit}, {}, {}, {}}, PunctualUnits::automatic);
+  save(file, scene.hash, folder / "b.glb", {{edit}, {}, {}, {}});
   const json material = json_of(folder / "b.glb")["materials"][0];
   EXPECT_EQ(material["extensions"], json::parse(R"({"KHR_materials_specular": {"specularFactor": 0.5},
     "KHR_materials_unlit": {}, "KHR_materials_clearcoat": {"clearcoatFactor": 0.0, "clearcoatRoughnessFactor": 0.2}})"));
@@ -202,8 +202,7 @@ TEST(Save, a_light_under_a_turned_and_scaled_parent_goes_where_it_was_put_in_the
     scene.lights[0].position = {.1f, -.7f, 12.3f};
     scene.lights[0].intensity = {.3f, .1f, 7};
     scene.lights[1].intensity = Vec3(0);
-    save(file, scene.hash, folder / "b.glb", {{}, {scene.lights[0], scene.lights[1]}, {}, {}},
-         PunctualUnits::automatic);
+    save(file, scene.hash, folder / "b.glb", {{}, {scene.lights[0], scene.lights[1]}, {}, {}});
     expect_same(load(folder / "b.glb"), scene);
   }
 }
@@ -227,9 +226,9 @@ TEST(Save, a_glb_holds_what_a_gltf_only_names) {
   const std::string file = write_loose(folder);
   const scene::Scene scene = load(file);
   ASSERT_EQ(scene.bitmaps.size(), 1u);
-  save(file, scene.hash, other / "packed.glb", {}, PunctualUnits::automatic);
+  save(file, scene.hash, other / "packed.glb", {});
   expect_same(load(other / "packed.glb"), scene);
-  save(file, scene.hash, folder / "beside.gltf", {}, PunctualUnits::automatic);
+  save(file, scene.hash, folder / "beside.gltf", {});
   EXPECT_EQ(json_of(folder / "beside.gltf"), json_of(file));
 }
 
@@ -239,7 +238,7 @@ TEST(Save, refuses_in_one_line_what_cannot_be) {
   const std::string hash = load(file).hash;
   const auto complaint = [&](const std::string& target, const std::string& known_hash) -> std::string {
     try {
-      save(file, known_hash, target, {}, PunctualUnits::automatic);
+      save(file, known_hash, target, {});
     } catch (const base::Error& error) {
       return error.what();
     }
@@ -269,7 +268,7 @@ TEST(Save, any_colour_of_any_brightness_reads_back) {
     m.emission = Vec3(x, y, z) * std::exp2(exponent(random));
     edits.materials.push_back({i, {}, m});
   }
-  save(file, scene.hash, folder / "b.glb", edits, PunctualUnits::automatic);
+  save(file, scene.hash, folder / "b.glb", edits);
   expect_same(load(folder / "b.glb"), scene);
 }
 

@@ -21,7 +21,7 @@ Image read_encoded(const std::string& path) {
   const Decoded decoded = decode(bytes.data(), bytes.size(), path);
   Image image(decoded.width, decoded.height);
   for (std::size_t i = 0; i < image.pixels.size(); ++i)
-    for (int c = 0; c < 3; ++c) image.pixels[i][c] = srgb_to_linear(decoded.texels[i][c]);
+    for (int c = 0; c < 3; ++c) image.pixels[i][c] = srgb_to_linear(static_cast<float>(decoded.texels[i][c]) / 65535);
   return image;
 }
 

@@ -30,7 +30,7 @@ const char* const help_text =
     "Every edit restarts the picture: first small, then finer, then sample after sample up to --spp (4096).\n"
     "'save image' waits until all replicates have the same number of samples; the .exr is then, byte for "
     "byte,\n"
-    "what assay-render writes (but for the date) with the command that 'copy command' puts into the "
+    "what assay-render writes, but for the date, with the command that 'copy command' puts into the "
     "clipboard. If materials,\n"
     "lights, environment or camera were edited, the scene is saved beside it: that command needs it.\n"
     "'save scene' writes a .glb or .gltf with the edits and everything else as it was.\n"

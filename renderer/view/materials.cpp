@@ -108,21 +108,21 @@ void draw_environment(Viewer& v) {
 }
 
 void draw_textures(Viewer& v) {
-  const std::vector<scene::Bitmap>& bitmaps = v.session.bitmaps();
+  const std::vector<scene::EncodedBitmap>& bitmaps = v.session.bitmaps();
   if (!v.show_textures || bitmaps.empty()) return;
   ImGui::SetNextWindowSize({420, 460}, ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowPos({40, 40}, ImGuiCond_FirstUseEver);
   if (ImGui::Begin("Textures", &v.show_textures)) {
     std::vector<std::string> names;
-    for (const scene::Bitmap& b : bitmaps)
+    for (const scene::EncodedBitmap& b : bitmaps)
       names.push_back(b.name + ", " + std::to_string(b.width) + " x " + std::to_string(b.height));
     menu(v, "texture", names, v.bitmap);
-    const scene::Bitmap& b = bitmaps[static_cast<size_t>(v.bitmap)];
+    const scene::EncodedBitmap& b = bitmaps[static_cast<size_t>(v.bitmap)];
     if (v.bitmap_shown != v.bitmap) {  // as the file has it
       std::vector<Rgba> pixels;
       pixels.reserve(b.texels.size());
-      const auto code = [](float x) { return static_cast<std::uint8_t>(x * 255 + .5f); };
-      for (const math::Vec4& t : b.texels) pixels.push_back({code(t.x), code(t.y), code(t.z), 255});
+      const auto code = [](std::uint16_t x) { return static_cast<std::uint8_t>(x / 257); };
+      for (const math::U16Vec4& t : b.texels) pixels.push_back({code(t.x), code(t.y), code(t.z), 255});
       v.bitmap_texture.set(pixels, b.width, b.height, false);
       v.bitmap_shown = v.bitmap;
     }
@@ -140,8 +140,8 @@ void draw_textures(Viewer& v) {
       const ImVec2 mouse = ImGui::GetIO().MousePos, corner = ImGui::GetItemRectMin();
       const int x = std::min(static_cast<int>((mouse.x - corner.x) / scale), b.width - 1);
       const int y = std::min(static_cast<int>((mouse.y - corner.y) / scale), b.height - 1);
-      const math::Vec4& t =
-          b.texels[static_cast<size_t>(y) * static_cast<size_t>(b.width) + static_cast<size_t>(x)];
+      const math::Vec4 t = scene::fraction(
+          b.texels[static_cast<size_t>(y) * static_cast<size_t>(b.width) + static_cast<size_t>(x)]);
       ImGui::SetTooltip("texel %d, %d: %.4f %.4f %.4f, alpha %.4f", x, y, t.x, t.y, t.z, t.w);
     }
   }

@@ -8,10 +8,6 @@ namespace view {
 
 namespace {
 
-gltf::PunctualUnits units(const State& state) {
-  return static_cast<gltf::PunctualUnits>(state.options.index("punctual-units"));
-}
-
 gltf::Edits edits_of(const Original& original, const State& state) {
   gltf::Edits edits;
   for (size_t i = 0; i < state.materials.size(); ++i)
@@ -63,8 +59,9 @@ app::Options complete_options(const State& state) {
 
 SavedScene save_scene(const Original& original, const State& state, const std::string& file) {
   const gltf::Edits edits = edits_of(original, state);
-  gltf::save(original.file, original.hash, file, edits, units(state));
-  const scene::Scene read = gltf::load(file, {units(state), {}});
+  const gltf::Options load = complete_options(state).load;
+  gltf::save(original.file, original.hash, file, edits, load);
+  const scene::Scene read = gltf::load(file, load);
 
   // What reads back otherwise would make another picture.
   const auto want = [&](bool same, const char* what) {

@@ -28,7 +28,7 @@ Session::Session(app::Options options, std::function<void()> notify) : notify_(s
   if (options.has("crop")) base::fail("--crop: the viewer shows whole pictures");
   if (!options.has("spp")) options.given["spp"] = 4096;
   app::complete_settings(options);
-  scene_ = gltf::load(options.text("scene"), {options.punctual_units, {}});
+  scene_ = gltf::load(options.text("scene"), options.load);
 
   // The state in which assay-render would render it.
   State& state = original_.state;

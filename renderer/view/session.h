@@ -49,7 +49,7 @@ class Session {
   ~Session();
 
   const Original& original() const { return original_; }
-  const std::vector<scene::Bitmap>& bitmaps() const { return scene_.bitmaps; }
+  const std::vector<scene::EncodedBitmap>& bitmaps() const { return scene_.bitmaps; }
   int material_of(int instance) const;  // its index
   // The camera of a state that has no free one: the options', or in a file without cameras the framing one.
   scene::Camera file_camera(const State& state) const;
