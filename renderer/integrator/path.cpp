@@ -28,12 +28,10 @@ float power_heuristic(float pdf, float other) {
 std::uint32_t key(const math::Sampler& sampler, std::uint32_t ray_number) { return sampler.bits(ray_number); }
 
 // Light that arrives directly from one sampled light, from `wi` (shading frame), times the BRDF.
-Vec3 direct_light(const World& w, const surface::Point& p, const bsdf::Bsdf& bsdf, const Vec3& wo,
-                  const Vec4& u, std::uint32_t ray_key, std::uint64_t& rays, Vec3& wi) {
-  // Everything is seen from the offset origin, the same point that the density of a BSDF sample is computed
-  // from.
-  const Vec3 from = surface::origin(p, p.geometric_normal);
-  const auto light = w.lights.sample(from, u.z, u.x, u.y);
+Vec3 direct_light(const World& w, const surface::Point& p, const light::Receiver& receiver,
+                  const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec4& u, std::uint32_t ray_key,
+                  std::uint64_t& rays, Vec3& wi) {
+  const auto light = w.lights.sample(receiver, math::join(u.z, u.w), u.x, u.y);
   if (!light) return Vec3(0);
   wi = p.frame.to_local(light->wi);
   const bsdf::Value f = bsdf::eval(bsdf, wo, wi);
@@ -66,8 +64,9 @@ Shares shares_of(const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec3& wi) {
 Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays,
               Parts* parts) {
   Vec3 sum(0), throughput(1);
-  float bsdf_pdf = 0;    // density of the direction the ray was drawn with
-  bool only_way = true;  // no light sample could have found what this ray finds: camera rays, mirrors
+  float bsdf_pdf = 0;        // density of the direction the ray was drawn with
+  light::Receiver receiver;  // where it was drawn: everything is seen from the offset origin of shadow rays
+  bool only_way = true;      // no light sample could have found what this ray finds: camera rays, mirrors
   std::uint32_t ray_number = 0;
   Shares shares{};  // of the first surface's lobes in the throughput; kept for `parts` only
   if (parts) parts->fill(Vec3(0));
@@ -94,7 +93,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
         if (!only_way)
           weight = w.light_sampling_only
                        ? 0
-                       : power_heuristic(bsdf_pdf, w.lights.pdf_environment(ray.origin, ray.direction));
+                       : power_heuristic(bsdf_pdf, w.lights.pdf_environment(receiver, ray.direction));
         if (weight > 0) add_found(throughput * w.lights.environment(ray.direction) * weight, bounce);
       }
       break;
@@ -103,7 +102,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     if (!math::is_black(p.emission)) {
       float weight = 1;
       if (!only_way) {
-        const float light_pdf = w.lights.pdf(ray.origin, p);
+        const float light_pdf = w.lights.pdf(receiver, p);
         weight = w.light_sampling_only ? (light_pdf > 0 ? 0.f : 1.f) : power_heuristic(bsdf_pdf, light_pdf);
       }
       add_found(throughput * p.emission * weight, bounce);
@@ -115,10 +114,12 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     const bsdf::Bsdf bsdf = bsdf::prepare(w.model, w.gtr, p.material, p.normals, wo);
     const std::uint32_t group = first_bounce_group + groups_per_bounce * static_cast<std::uint32_t>(bounce);
 
+    receiver = {surface::origin(p, p.geometric_normal), p.frame.normal};
+
     // Add direct light from one light sample.
     if (!bsdf.only_delta && !w.lights.empty()) {
       Vec3 wi(0);
-      const Vec3 light = throughput * direct_light(w, p, bsdf, wo, sampler.get(group + 1),
+      const Vec3 light = throughput * direct_light(w, p, receiver, bsdf, wo, sampler.get(group + 1),
                                                    key(sampler, ray_number), rays, wi);
       add(light, parts && bounce == 0 ? shares_of(bsdf, wo, wi) : shares, bounce > 0);
     }

@@ -315,9 +315,9 @@ std::string Renderer::summary() const {
   std::ostringstream out;
   out << "geometry: " << triangles << " triangles in " << m.scene.instances.size() << " instances of "
       << m.scene.meshes.size() << " meshes, " << filtered << " instances culled, masked or blended\n"
-      << "lights: " << m.scene.lights.size() << " punctual, " << m.lights->triangles()
-      << " emissive triangles, " << (m.lights->has_environment() ? "an environment" : "no environment")
-      << "\n"
+      << "lights: " << m.scene.lights.size() << " punctual, " << m.lights->emitters()
+      << " emissive triangles and rectangles, "
+      << (m.lights->has_environment() ? "an environment" : "no environment") << "\n"
       << "Embree instruction set: " << m.accel->isa() << "\n";
   return out.str();
 }

@@ -1,8 +1,9 @@
 #include "light/lights.h"
 
 #include <algorithm>
-#include <cassert>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "math/warp.h"
 
@@ -11,13 +12,13 @@ namespace light {
 namespace {
 
 using math::dot;
+using math::DVec3;
 using math::luminance;
 using math::Vec3;
 
-// Up to this many lights, all are weighed by what they can send to the point; above it, by power alone.
-// Weighing all 64 quads of a room against choosing by power doubled the efficiency; the cost grows with the
-// number.
-constexpr int exhaustive_limit = 128;
+// Emitters nearer than this many of their radii are sampled by solid angle, others by area: there the two
+// differ by less than their costs. Measured from 1.5 to 6.
+constexpr float near_radii = 3;
 
 // Mean emitted luminance of a triangle: its texture is looked at in 16 points.
 float mean_luminance(const surface::Surfaces& surfaces, int instance, int triangle) {
@@ -41,126 +42,131 @@ float spot(const scene::Light& l, const Vec3& wi) {
   return t * t;
 }
 
+// Whether corner + x + y is the far corner, within what the rounding of coordinates leaves of right angles.
+bool is_rectangle(const Vec3& x, const Vec3& y, const Vec3& far_from_corner) {
+  const float size = math::length(x) + math::length(y);
+  return std::fabs(dot(x, y)) <= 1e-5f * math::length(x) * math::length(y) &&
+         math::length(x + y - far_from_corner) <= 1e-5f * size;
+}
+
 }  // namespace
+
+// The emissive triangles of an instance, those that make a rectangle joined. Two such triangles have their
+// right angles opposite the same edge.
+std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
+  const auto& mesh = scene_.meshes[static_cast<size_t>(scene_.instances[static_cast<size_t>(instance)].mesh)];
+  std::vector<Emitter> found;
+  std::map<std::array<float, 6>, size_t> by_hypotenuse;  // its end points -> index into found
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const surface::Triangle shape = surfaces_.triangle(instance, static_cast<int>(t));
+    const Vec3 p[3] = {shape.p0, shape.p1, shape.p2};
+    // Begin at the corner whose angle is largest.
+    int k = 0;
+    float longest = 0;
+    for (int i = 0; i < 3; ++i) {
+      const float side = math::length(p[(i + 1) % 3] - p[(i + 2) % 3]);
+      if (side > longest) longest = side, k = i;
+    }
+    const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    Emitter e{p[k],
+              p[k1] - p[k],
+              p[k2] - p[k],
+              shape.normal,
+              shape.area,
+              instance,
+              static_cast<int>(t),
+              -1,
+              {},
+              {},
+              surfaces_.material(instance).double_sided};
+    for (int i = 0; i < 3; ++i) {
+      e.vertex[i] = static_cast<std::uint8_t>((k + i) % 3);
+      e.error = math::larger(e.error, surfaces_.error(instance, e.triangle, Vec3(i == 0, i == 1, i == 2)));
+    }
+
+    const auto ends = [](const Vec3& a, const Vec3& b) { return std::array{a.x, a.y, a.z, b.x, b.y, b.z}; };
+    if (const auto other = by_hypotenuse.find(ends(p[k2], p[k1])); other != by_hypotenuse.end()) {
+      Emitter& first = found[other->second];
+      if (first.second < 0 && is_rectangle(first.x, first.y, p[k] - first.corner) &&
+          dot(first.normal, e.normal) > .999f) {
+        first.second = e.triangle;
+        first.area += e.area;
+        first.error = math::larger(first.error, e.error);
+        first.vertex_second[0] = e.vertex[0];
+        first.vertex_second[1] = e.vertex[2];  // this one's sides run the other way
+        first.vertex_second[2] = e.vertex[1];
+        continue;
+      }
+    }
+    by_hypotenuse.try_emplace(ends(p[k1], p[k2]), found.size());
+    found.push_back(e);
+  }
+  return found;
+}
 
 Lights::Lights(const scene::Scene& scene, const surface::Surfaces& surfaces)
     : scene_(scene), surfaces_(surfaces) {
+  std::vector<Bounds> near;
+  std::vector<Distant> distant;
+  for (const scene::Light& l : scene.lights) {
+    const float intensity = luminance(l.intensity);
+    if (!(intensity > 0)) continue;
+    if (l.kind == scene::LightKind::directional) {
+      directional_.push_back(&l);
+      distant.push_back({intensity, -l.direction});
+      continue;
+    }
+    near_.push_back(&l);
+    const bool spot = l.kind == scene::LightKind::spot;
+    near.push_back(
+        {l.position, l.position, l.direction, spot ? 1.f : -1.f, spot ? l.cos_outer : 0, false, intensity});
+  }
   emitter_of_.resize(scene.instances.size());
-  Vec3 low(3e38f), high(-3e38f);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const int instance = static_cast<int>(i);
-    const auto& mesh = scene.meshes[static_cast<size_t>(scene.instances[i].mesh)];
-    const scene::Material& material = surfaces.material(instance);
-    for (const Vec3& p : mesh.positions) {
-      const Vec3 w = math::transform_point(scene.instances[i].to_world, p);
-      low = glm::vec3(std::min(low.x, w.x), std::min(low.y, w.y), std::min(low.z, w.z));
-      high = glm::vec3(std::max(high.x, w.x), std::max(high.y, w.y), std::max(high.z, w.z));
-    }
-    if (math::is_black(material.emission)) continue;
-    emitter_of_[i].assign(mesh.triangles.size(), -1);
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-      Emitter e{instance, static_cast<int>(t),  surfaces.triangle(instance, static_cast<int>(t)), {}, 0,
-                0,        material.double_sided};
-      e.flux = e.shape.area * mean_luminance(surfaces, instance, e.triangle);
-      if (!(e.flux > 0) || !std::isfinite(e.flux)) continue;
-      e.centre = (e.shape.p0 + e.shape.p1 + e.shape.p2) / 3.f;
-      e.radius = std::max({math::length(e.shape.p0 - e.centre), math::length(e.shape.p1 - e.centre),
-                           math::length(e.shape.p2 - e.centre)});
-      emitter_of_[i][t] = static_cast<int>(emitters_.size());
+    if (math::is_black(surfaces.material(instance).emission)) continue;
+    emitter_of_[i].assign(scene.meshes[static_cast<size_t>(scene.instances[i].mesh)].triangles.size(), -1);
+    for (const Emitter& e : find_emitters(instance)) {
+      const float light = e.second < 0 ? mean_luminance(surfaces, instance, e.triangle)
+                                       : .5f * (mean_luminance(surfaces, instance, e.triangle) +
+                                                mean_luminance(surfaces, instance, e.second));
+      const float flux = light * e.area;
+      if (!(flux > 0) || !std::isfinite(flux)) continue;
+      for (const int t : {e.triangle, e.second})
+        if (t >= 0) emitter_of_[i][static_cast<size_t>(t)] = static_cast<int>(emitters_.size());
       emitters_.push_back(e);
+      Bounds b{e.corner, e.corner, e.normal, 1, 0, e.two_sided, flux};
+      for (const Vec3& p : {e.corner + e.x, e.corner + e.y, e.corner + (e.second < 0 ? e.x : e.x + e.y)})
+        b.low = math::smaller(b.low, p), b.high = math::larger(b.high, p);
+      near.push_back(b);
     }
   }
-  scene_radius_ = low.x <= high.x ? .5f * math::length(high - low) : 1;
-  if (scene.environment) {
-    environment_.emplace(*scene.environment);
-    // A black environment (or strength) is kept for what it shows and never sampled.
-  }
-  const bool sample_environment = environment_ && !environment_->black() && scene.environment->strength > 0;
-  count_ = static_cast<int>(scene.lights.size() + emitters_.size()) + (sample_environment ? 1 : 0);
-
-  if (count_ > exhaustive_limit) {
-    const double disk = 3.14159265358979 * scene_radius_ * scene_radius_;
-    std::vector<double> power;
-    for (const scene::Light& l : scene.lights)
-      power.push_back(luminance(l.intensity) *
-                      (l.kind == scene::LightKind::directional ? disk : 12.566370614359172));
-    for (const Emitter& e : emitters_) power.push_back(e.flux * 3.14159265358979 * (e.two_sided ? 2 : 1));
-    if (sample_environment) power.push_back(environment_->mean_luminance() * 3.14159265358979 * 4 * disk);
-    by_power_ = math::Distribution1D(power);
-    if (by_power_.empty()) count_ = 0;
-  }
+  // A black environment (or strength) is kept for what it shows and never sampled.
+  if (scene.environment) environment_.emplace(*scene.environment);
+  samples_environment_ = environment_ && !environment_->black() && scene.environment->strength > 0;
+  // BSDF samples find about half of the environment's light, and none of a lamp's.
+  if (samples_environment_)
+    distant.push_back({.5f * static_cast<float>(environment_->mean_luminance()) * math::pi, Vec3(0)});
+  tree_ = Tree(std::move(near), std::move(distant));
 }
 
-// Bound-like estimate of the irradiance a light can cause at `from`; 0 only if it sends nothing there.
-float Lights::importance(const Vec3& from, int index) const {
-  const int punctual = static_cast<int>(scene_.lights.size());
-  if (index < punctual) {
-    const scene::Light& l = scene_.lights[static_cast<size_t>(index)];
-    if (l.kind == scene::LightKind::directional) return luminance(l.intensity);
-    const Vec3 d = l.position - from;
-    const float d2 = std::max(dot(d, d), 1e-20f);
-    return luminance(l.intensity) / d2 * (l.kind == scene::LightKind::spot ? spot(l, d / std::sqrt(d2)) : 1);
-  }
-  if (index == punctual + static_cast<int>(emitters_.size()))
-    return static_cast<float>(environment_->mean_luminance()) * math::pi;
-  const Emitter& e = emitters_[static_cast<size_t>(index - punctual)];
-  const Vec3 d = from - e.centre;
-  const float height = dot(e.shape.normal, d);  // above the triangle's plane
-  if (!e.two_sided && height <= 0) return 0;
-  const float d2 = std::max(dot(d, d), e.radius * e.radius);
-  const float cosine = std::min(1.f, (std::fabs(height) + .1f * e.radius) / std::sqrt(d2));
-  return e.flux * cosine / std::max(d2, 1e-30f);
-}
-
-float Lights::probability(const Vec3& from, int index) const {
-  if (!by_power_.empty()) return by_power_.probability(static_cast<std::uint32_t>(index));
-  if (count_ == 1) return 1;
-  float sum = 0, own = 0;
-  for (int i = 0; i < count_; ++i) {
-    const float w = importance(from, i);
-    sum += w;
-    if (i == index) own = w;
-  }
-  return sum > 0 ? own / sum : 0;
-}
-
-std::optional<Sample> Lights::sample(const Vec3& from, float u_choice, float u, float v) const {
-  if (count_ == 0) return std::nullopt;
-  int index = 0;
-  float chance = 1;
-  if (!by_power_.empty()) {
-    const auto choice = by_power_.sample(u_choice);
-    index = static_cast<int>(choice.index);
-    chance = choice.probability;
-  } else if (count_ > 1) {
-    float weights[exhaustive_limit];
-    float sum = 0;
-    for (int i = 0; i < count_; ++i) sum += weights[i] = importance(from, i);
-    if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
-    float rest = u_choice * sum;
-    int last = -1;
-    for (index = 0; index < count_; ++index) {
-      if (!(weights[index] > 0)) continue;
-      last = index;
-      if (rest < weights[index]) break;
-      rest -= weights[index];
-    }
-    assert(last >= 0);  // the sum is positive
-    index = last;
-    chance = weights[index] / sum;
-  }
-
-  const int punctual = static_cast<int>(scene_.lights.size());
+std::optional<Sample> Lights::sample(const Receiver& receiver, double u_choice, float u, float v) const {
+  const auto choice = tree_.sample(receiver, u_choice);
+  if (!choice) return std::nullopt;
+  const auto index = static_cast<size_t>(choice->light), emitter = index - near_.size(),
+             directional = emitter - emitters_.size();
   std::optional<Sample> s;
-  if (index < punctual) {
-    s = sample_punctual(scene_.lights[static_cast<size_t>(index)], from);
-  } else if (index < punctual + static_cast<int>(emitters_.size())) {
-    s = sample_emitter(emitters_[static_cast<size_t>(index - punctual)], from, u, v);
+  if (index < near_.size()) {
+    s = sample_punctual(*near_[index], receiver.from);
+  } else if (emitter < emitters_.size()) {
+    s = sample_emitter(emitters_[emitter], receiver.from, u, v);
+  } else if (directional < directional_.size()) {
+    s = sample_punctual(*directional_[directional], receiver.from);
   } else {
     const Environment::Sample e = environment_->sample(u, v);
     s = Sample{e.direction, {}, true, environment_->radiance(e.direction), e.pdf, false};
   }
-  if (s) s->pdf *= chance;
+  if (s) s->pdf *= choice->probability;
   if (s && !(s->pdf > 0)) s.reset();
   return s;
 }
@@ -185,43 +191,102 @@ std::optional<Sample> Lights::sample_punctual(const scene::Light& l, const Vec3&
   return s;
 }
 
+namespace {
+
+// Solid angles below this have lost their last digits.
+constexpr double least_solid_angle = 1e-8;
+
+}  // namespace
+
+bool Lights::is_near(const Emitter& e, const Vec3& from) {
+  const Vec3 d = e.corner + (e.x + e.y) * .5f - from, diagonal = e.x - e.y;
+  return dot(d, d) < math::sqr(.5f * near_radii) * dot(diagonal, diagonal);
+}
+
+math::SphericalRectangle Lights::rectangle(const Emitter& e, const Vec3& from) {
+  const DVec3 x(e.x), y(e.y);
+  const double width = std::sqrt(x.x * x.x + x.y * x.y + x.z * x.z),
+               height = std::sqrt(y.x * y.x + y.y * y.y + y.z * y.z);
+  return {DVec3(e.corner) - DVec3(from), x / width, y / height, width, height};
+}
+
+math::SphericalTriangle Lights::triangle(const Emitter& e, const Vec3& from) {
+  const DVec3 corner = DVec3(e.corner) - DVec3(from);
+  return {corner, corner + DVec3(e.x), corner + DVec3(e.y)};
+}
+
 std::optional<Sample> Lights::sample_emitter(const Emitter& e, const Vec3& from, float u, float v) const {
-  const Vec3 b = math::sample_triangle(u, v);
-  const Vec3 p = e.shape.p0 * b.x + e.shape.p1 * b.y + e.shape.p2 * b.z;
-  const Vec3 d = p - from;
+  // Draw the point corner + a x + b y: by solid angle, or by area, so that pdf stays 0 here.
+  float pdf = 0, a = u, b = v;
+  if (is_near(e, from) && e.second >= 0) {
+    const math::SphericalRectangle shape = rectangle(e, from);
+    if (shape.solid_angle() > least_solid_angle) {
+      const math::DVec2 p = shape.sample(u, v);
+      a = static_cast<float>(p.x), b = static_cast<float>(p.y);
+      pdf = static_cast<float>(1 / shape.solid_angle());
+    }
+  } else if (is_near(e, from)) {
+    const math::SphericalTriangle shape = triangle(e, from);
+    if (shape.solid_angle() > least_solid_angle) {
+      const DVec3 weights = shape.sample(u, v);
+      a = static_cast<float>(weights.y), b = static_cast<float>(weights.z);
+      pdf = static_cast<float>(1 / shape.solid_angle());
+    }
+  }
+  if (pdf == 0 && e.second < 0) {
+    const Vec3 weights = math::sample_triangle(u, v);
+    a = weights.y, b = weights.z;
+  }
+
+  Sample s;
+  const Vec3 p = e.corner + e.x * a + e.y * b, d = p - from;
   const float d2 = dot(d, d);
   if (!(d2 > 0)) return std::nullopt;
-  Sample s;
   s.wi = d / std::sqrt(d2);
-  const float cosine = -dot(e.shape.normal, s.wi);
+  const float cosine = -dot(e.normal, s.wi);
   if (cosine == 0 || (!e.two_sided && cosine < 0)) return std::nullopt;
-  s.pdf = d2 / (std::fabs(cosine) * e.shape.area);
+  s.pdf = pdf > 0 ? pdf : d2 / (std::fabs(cosine) * e.area);
   if (!std::isfinite(s.pdf)) return std::nullopt;
-  s.radiance = surfaces_.emission(e.instance, e.triangle, b) * surfaces_.coverage(e.instance, e.triangle, b);
+
+  // Look up what the triangle that holds the point emits there.
+  const bool second = e.second >= 0 && a + b > 1;
+  const float weights[3] = {second ? a + b - 1 : 1 - a - b, second ? 1 - b : a, second ? 1 - a : b};
+  const int t = second ? e.second : e.triangle;
+  Vec3 barycentric;
+  for (int i = 0; i < 3; ++i) barycentric[(second ? e.vertex_second : e.vertex)[i]] = weights[i];
+  s.radiance =
+      surfaces_.emission(e.instance, t, barycentric) * surfaces_.coverage(e.instance, t, barycentric);
   // The shadow ray ends just in front of the light, on the side it is seen from.
-  s.target = surface::offset(p, surfaces_.error(e.instance, e.triangle, b),
-                             cosine < 0 ? -e.shape.normal : e.shape.normal);
+  s.target = surface::offset(p, e.error, cosine < 0 ? -e.normal : e.normal);
   return s;
 }
 
-float Lights::pdf(const Vec3& from, const surface::Point& p) const {
+float Lights::pdf(const Receiver& receiver, const surface::Point& p) const {
   const auto& table = emitter_of_[static_cast<size_t>(p.instance)];
   if (table.empty()) return 0;
   const int index = table[static_cast<size_t>(p.triangle)];
   if (index < 0) return 0;
   const Emitter& e = emitters_[static_cast<size_t>(index)];
-  const Vec3 d = p.position - from;
-  const float d2 = dot(d, d);
-  const float cosine = std::fabs(dot(e.shape.normal, d)) / std::sqrt(d2);
-  const float area_pdf = d2 / (cosine * e.shape.area);
-  if (!std::isfinite(area_pdf)) return 0;
-  return area_pdf * probability(from, static_cast<int>(scene_.lights.size()) + index);
+  float pdf = 0;
+  if (is_near(e, receiver.from)) {
+    const double solid_angle =
+        e.second >= 0 ? rectangle(e, receiver.from).solid_angle() : triangle(e, receiver.from).solid_angle();
+    if (solid_angle > least_solid_angle) pdf = static_cast<float>(1 / solid_angle);
+  }
+  if (pdf == 0) {
+    const Vec3 d = p.position - receiver.from;
+    const float d2 = dot(d, d);
+    const float cosine = std::fabs(dot(e.normal, d)) / std::sqrt(d2);
+    pdf = d2 / (cosine * e.area);
+    if (!std::isfinite(pdf)) return 0;
+  }
+  return pdf * tree_.probability(receiver, static_cast<int>(near_.size()) + index);
 }
 
-float Lights::pdf_environment(const Vec3& from, const Vec3& wi) const {
-  const int index = static_cast<int>(scene_.lights.size() + emitters_.size());
-  if (index >= count_) return 0;
-  return environment_->pdf(wi) * probability(from, index);
+float Lights::pdf_environment(const Receiver& receiver, const Vec3& wi) const {
+  if (!samples_environment_) return 0;
+  const size_t index = near_.size() + emitters_.size() + directional_.size();
+  return environment_->pdf(wi) * tree_.probability(receiver, static_cast<int>(index));
 }
 
 }  // namespace light

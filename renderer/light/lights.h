@@ -1,18 +1,21 @@
-// Everything that emits, as one list to draw from: punctual lights, emissive triangles, the environment.
-// Sampling and densities stand side by side; both are seen from the same reference point, the offset origin
-// of the shadow ray (a density computed from the true hit point loses light at grazing angles).
+// Everything that emits, as one list to draw from: point and spot lights, emissive triangles (two that make a
+// rectangle are one emitter), directional lights, the environment. Sampling and densities stand side by side;
+// both are seen from the same receiver, the offset origin of the shadow ray (a density computed from the true
+// hit point loses light at grazing angles).
 #pragma once
 
 #include <cstdint>
 #include <optional>
 
 #include "light/environment.h"
+#include "light/tree.h"
+#include "math/spherical.h"
 #include "surface/surface.h"
 
 namespace light {
 
 struct Sample {
-  math::Vec3 wi;          // world, unit, from the reference point
+  math::Vec3 wi;          // world, unit, from the receiver
   math::Vec3 target;      // end of the shadow ray: finite lights only
   bool infinite = false;  // directional or environment: the shadow ray has no end
   math::Vec3 radiance;    // is_delta: irradiance on a plane facing wi
@@ -25,45 +28,50 @@ class Lights {
   // Keeps references.
   Lights(const scene::Scene& scene, const surface::Surfaces& surfaces);
 
-  bool empty() const { return count_ == 0; }
-  // Draws a light and a point on it; nullopt if it sends nothing to `from`. `u_choice`, u, v in [0,1).
-  std::optional<Sample> sample(const math::Vec3& from, float u_choice, float u, float v) const;
+  bool empty() const { return tree_.empty(); }
+  // Draws a light and a point on it; nullopt if it sends nothing to the receiver. u_choice, u, v in [0,1).
+  std::optional<Sample> sample(const Receiver& receiver, double u_choice, float u, float v) const;
 
-  // Density with which sample() at `from` would have drawn this point of an emissive triangle; 0 if it is no
-  // light.
-  float pdf(const math::Vec3& from, const surface::Point& point) const;
+  // Density with which sample() would have drawn this point of an emissive triangle; 0 if it is no light.
+  float pdf(const Receiver& receiver, const surface::Point& point) const;
   // The same for the environment in direction `wi`.
-  float pdf_environment(const math::Vec3& from, const math::Vec3& wi) const;
+  float pdf_environment(const Receiver& receiver, const math::Vec3& wi) const;
   math::Vec3 environment(const math::Vec3& direction) const {
     return environment_ ? environment_->radiance(direction) : math::Vec3(0);
   }
   bool has_environment() const { return environment_.has_value(); }
-  std::size_t triangles() const { return emitters_.size(); }
+  std::size_t emitters() const { return emitters_.size(); }  // triangles and rectangles
 
  private:
-  struct Emitter {  // one emissive triangle
-    int instance, triangle;
-    surface::Triangle shape;
-    math::Vec3 centre;
-    float radius;
-    float flux;  // luminance times area
+  struct Emitter {            // an emissive triangle, or two that make a rectangle
+    math::Vec3 corner, x, y;  // a rectangle's are perpendicular
+    math::Vec3 normal;
+    float area;
+    int instance;
+    int triangle, second;  // second: -1, a triangle alone
+    // Which vertex of each triangle is where: corner, corner + x, corner + y; the far corner, corner + x, +
+    // y.
+    std::uint8_t vertex[3], vertex_second[3];
     bool two_sided;
+    math::Vec3 error{0, 0, 0};  // bound of the rounding of its points
   };
-  float probability(const math::Vec3& from, int index) const;
-  float importance(const math::Vec3& from, int index) const;
+  std::vector<Emitter> find_emitters(int instance) const;
+  static bool is_near(const Emitter& emitter, const math::Vec3& from);
+  static math::SphericalRectangle rectangle(const Emitter& emitter, const math::Vec3& from);
+  static math::SphericalTriangle triangle(const Emitter& emitter, const math::Vec3& from);
   std::optional<Sample> sample_punctual(const scene::Light& light, const math::Vec3& from) const;
   std::optional<Sample> sample_emitter(const Emitter& emitter, const math::Vec3& from, float u,
                                        float v) const;
 
   const scene::Scene& scene_;
   const surface::Surfaces& surfaces_;
+  std::vector<const scene::Light*> near_, directional_;
   std::vector<Emitter> emitters_;
   std::vector<std::vector<int>>
       emitter_of_;  // [instance][triangle] -> index into emitters_ or -1; empty if none emits
   std::optional<Environment> environment_;
-  int count_ = 0;  // punctual lights, then emitters, then the environment
-  float scene_radius_ = 0;
-  math::Distribution1D by_power_;  // many lights: chosen without looking at `from`
+  Tree tree_;  // near_, emitters_; directional_, environment
+  bool samples_environment_ = false;
 };
 
 }  // namespace light

@@ -34,6 +34,12 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 inline float length(const Vec3& v) { return std::sqrt(dot(v, v)); }
 inline Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
+inline Vec3 smaller(const Vec3& a, const Vec3& b) {  // of each component
+  return {std::fmin(a.x, b.x), std::fmin(a.y, b.y), std::fmin(a.z, b.z)};
+}
+inline Vec3 larger(const Vec3& a, const Vec3& b) {
+  return {std::fmax(a.x, b.x), std::fmax(a.y, b.y), std::fmax(a.z, b.z)};
+}
 inline float mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
 inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
