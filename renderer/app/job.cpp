@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 
@@ -9,6 +10,7 @@
 #include "app/energy.h"
 #include "app/output.h"
 #include "base/error.h"
+#include "integrator/adaptive.h"
 
 namespace app {
 namespace {
@@ -23,13 +25,12 @@ volatile std::sig_atomic_t signal_received = 0;
 
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// How many samples to add next. Doubling lets whoever stops early keep a whole, only noisier, picture, and a
-// few seconds are enough for one pass, so that a stop is quick; the result does not depend on it.
-int next_pass(const integrator::Settings& settings, int done, double seconds) {
-  if (done == 0) return settings.replicates;
-  const double affordable = std::min(pass_seconds * done / std::max(seconds, 1e-6), 1e9);
-  const int whole = static_cast<int>(affordable) / settings.replicates * settings.replicates;
-  return std::min({done, std::max(whole, settings.replicates), settings.spp - done});
+// How many samples per pixel to add to `done`, of `total`. Doubling lets whoever stops early keep a whole,
+// only noisier, picture, and a few seconds are enough for one pass, so that a stop is quick; the result does
+// not depend on it.
+double next_pass(double done, double total, double seconds, double seconds_left) {
+  const double affordable = std::min(pass_seconds, seconds_left) * done / std::max(seconds, 1e-6);
+  return std::min({done, affordable, total - done});
 }
 
 // The picture's film and those of --layers lobes.
@@ -115,24 +116,27 @@ Result run(Options& options, Stage& stage, Console& console) {
   std::vector<image::Film> parts;
   for (int i = 0; i < films_of(options) - 1; ++i) parts.push_back(renderer.film());
 
-  // Passes of samples until all are there or a signal says stop.
+  // Passes of samples until all are there, the time is up or a signal says stop.
   const Clock::time_point render_start = Clock::now();
   Clock::time_point last_save{};  // long ago: the first pass is shown at once
+  const double limit = options.has("time") ? options["time"].get<double>() : 1e30;
   result.partial = stop_signal() != 0;
-  while (result.samples < settings.spp && !result.partial) {
-    const int first = result.samples, count = next_pass(settings, first, since(render_start));
+  double done = 0;  // samples per pixel
+  const auto pass = [&](const integrator::Renderer::Counts& from, const integrator::Renderer::Counts& until,
+                        double count, double total) {
     result.partial = !renderer.render(
-        film, first, count,
+        film, from, until,
         [&](const integrator::Status& status) {
-          const double done = first + status.fraction * count;
-          console.progress(since(render_start), done / settings.spp, static_cast<int>(done), settings.spp,
-                           renderer.rays());
+          const double now = done + status.fraction * count, elapsed = since(render_start);
+          console.progress(elapsed, std::max(now / total, elapsed / limit), static_cast<int>(now),
+                           static_cast<int>(total), renderer.rays());
           return stop_signal() == 0;
         },
         parts);
-    if (!result.partial) result.samples = first + count;
-    if (options["save-progress"] && !result.partial && result.samples < settings.spp &&
-        since(last_save) >= save_interval_seconds) {
+    if (result.partial) return;
+    done += count;
+    result.samples = static_cast<int>(std::lround(done));
+    if (options["save-progress"] && done < total && since(last_save) >= save_interval_seconds) {
       try {
         write_picture(options, scene, renderer, film, parts, result.samples, true);
       } catch (const base::Error& error) {  // a disk may have room again at the end
@@ -140,13 +144,68 @@ Result run(Options& options, Stage& stage, Console& console) {
       }
       last_save = Clock::now();
     }
+  };
+
+  // The same number everywhere: all, or the pilot.
+  const bool adaptive = options["adaptive"];
+  const int replicates = settings.replicates;
+  const int everywhere =
+      adaptive ? settings.spp / replicates / 4 : settings.spp / replicates;  // of a replicate
+  const double until = adaptive ? limit / 4 : limit;
+  int each = 0;
+  while (each < everywhere && !result.partial && (each == 0 || since(render_start) < until)) {
+    const double elapsed = since(render_start);
+    const int count =
+        each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
+    const int first = each;
+    each += count;
+    pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
+         everywhere * replicates);
+  }
+
+  // The rest where each half of the replicates finds the other half noisy.
+  if (adaptive && !result.partial) {
+    film.weigh_replicates_alike();
+    for (image::Film& part : parts) part.weigh_replicates_alike();
+    const integrator::NoiseMap says[2] = {{film, 0, 2, each}, {film, 1, 2, each}};
+    double last[2];  // mean samples of a replicate in the end: what `says` this half decides of the other
+    for (int half = 0; half < 2; ++half) {
+      last[half] = static_cast<double>(settings.spp) / replicates;
+      if (!options.has("noise")) continue;
+      const integrator::NoiseMap quarters[2] = {{film, half, 4, each}, {film, half + 2, 4, each}};
+      const double most = static_cast<double>(1 << 24) / replicates;
+      last[half] = (quarters[0].mean_for_noise(options["noise"], most, quarters[1]) +
+                    quarters[1].mean_for_noise(options["noise"], most, quarters[0])) /
+                   2;
+    }
+    const double total = (last[0] + last[1]) / 2 * replicates;
+    double level[2] = {0, 0};
+    while (done < total * (1 - 1e-9) && !result.partial && since(render_start) < limit) {
+      const double elapsed = since(render_start);
+      const double count =
+          std::min(std::max(next_pass(done, total, elapsed, limit - elapsed), 1.), total - done);
+      const double share = (done + count - each * replicates) / (total - each * replicates);
+      const double before[2] = {level[0], level[1]};
+      for (int half = 0; half < 2; ++half)
+        level[half] = says[half].level_of_mean(each + share * (last[half] - each));
+      pass([&](int x, int y, int r) { return says[1 - r % 2].count(x, y, before[1 - r % 2]); },
+           [&](int x, int y, int r) { return says[1 - r % 2].count(x, y, level[1 - r % 2]); }, count, total);
+    }
   }
   result.render_seconds = since(render_start);
   result.rays = renderer.rays();
   result.rejected = film.rejected();
+  result.noise = film.noise();
+  if (options.has("time"))
+    options.render.spp = std::max(1, result.samples);  // what was done stands for what was asked
   if (result.partial && result.rays == 0)
     base::fail(result.out, ": stopped before the first sample; nothing was written");
   write_picture(options, scene, renderer, film, parts, result.samples, result.partial);
+
+  if (options.has("noise"))
+    console.say(result.out + ": noise " + std::to_string(result.noise) + ", wanted " + options.text("noise") +
+                (result.noise <= options["noise"].get<double>() ? ": reached" : ": not reached"));
+  if (options.has("time")) console.say(result.out + ": stopped by the clock, so not reproducible");
 
   result.seconds = since(start);
   result.ok = !result.partial;

@@ -26,12 +26,13 @@ struct Result {  // to_json() is what --json prints
   std::string out, error;
   bool ok = false, partial = false;  // partial: stopped by a signal
   double seconds = 0, load_seconds = 0, build_seconds = 0, render_seconds = 0;
-  int samples = 0;  // per pixel, done everywhere
+  int samples = 0;   // per pixel, done everywhere; --adaptive: their mean
+  double noise = 0;  // image::Film::noise()
   std::uint64_t rays = 0;
   std::int64_t rejected = 0;  // samples that were not finite
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Result, out, error, ok, partial, seconds, load_seconds, build_seconds,
-                                   render_seconds, samples, rays, rejected)
+                                   render_seconds, samples, noise, rays, rejected)
 
 // Refuses what would not fit into this machine's memory. Throws base::Error.
 void check_memory(const Options& options);

@@ -24,7 +24,8 @@ struct JobTest : testing::Test {
   Console console{true};
 
   Options options(Words words) {
-    words.insert(words.begin(), {scene, "--width", "40", "--height", "24", "--spp", "16"});
+    words.insert(words.begin(), {scene, "--width", "40", "--height", "24"});
+    if (std::count(words.begin(), words.end(), "--spp") == 0) words.insert(words.end(), {"--spp", "16"});
     Options o = parse_command_line(words);
     complete(o);
     return o;
@@ -76,6 +77,58 @@ TEST_F(JobTest, gives_the_bits_of_one_pass_though_it_renders_in_many) {
   image::Film film = renderer.film();
   renderer.render(film, 0, o.render.spp);
   EXPECT_TRUE(same(image::read_exr(o.text("out")).mean, film.mean_image()));
+}
+
+TEST_F(JobTest, adaptive_spends_its_samples_unevenly_and_the_same_for_any_number_of_threads) {
+  const Words adaptive = {"--adaptive", "--spp", "64", "--layers", "samples,replicates"};
+  const auto with = [&](const Words& more) {
+    Words words = adaptive;
+    words.insert(words.end(), more.begin(), more.end());
+    return rendered(words);
+  };
+  const image::Exr one = with({"--threads", "1"}), many = with({"--threads", "5"});
+  EXPECT_TRUE(same(one.mean, many.mean));
+  EXPECT_TRUE(same(one.variance, many.variance));
+  const auto layer = [&](const std::string& name) -> const image::Image& {
+    return std::find_if(one.layers.begin(), one.layers.end(), [&](const auto& l) { return l.name == name; })
+        ->image;
+  };
+  const image::Image& counts = layer("samples");
+  double sum = 0, least = 1e9, most = 0;
+  for (const math::Vec3& n : counts.pixels)
+    sum += n.x, least = std::min<double>(least, n.x), most = std::max<double>(most, n.x);
+  EXPECT_NEAR(sum / static_cast<double>(counts.pixels.size()), 64, 1);
+  EXPECT_GE(least, 16);  // the pilot
+  EXPECT_GT(most, 100);
+  EXPECT_NEAR(header<int>(one, "spp"), 64, 1);
+  for (int c = 0; c < 3; ++c) {  // the picture is the mean of the replicates, whatever their counts
+    float mean = 0;
+    for (int k = 0; k < 8; ++k) mean += layer("replicate" + std::to_string(k)).at(21, 13)[c] / 8;
+    EXPECT_NEAR(mean, one.mean.at(21, 13)[c], 1e-6f);
+  }
+}
+
+TEST_F(JobTest, stops_at_the_noise_or_the_time_asked_for) {
+  const auto run_with = [&](Words words) {
+    words.insert(words.end(), {"-o", folder.file("stop.exr")});
+    Options o = options(words);
+    return run(o, stage, console);
+  };
+  // Low-discrepancy numbers converge faster than the pilot's spread promises: the noise is that or less.
+  const Result loose = run_with({"--adaptive", "--spp", "64", "--noise", "0.2"}),
+               tight = run_with({"--adaptive", "--spp", "64", "--noise", "0.1"});
+  EXPECT_GT(tight.samples, 1.5 * loose.samples);
+  EXPECT_LT(tight.noise, .11);
+  EXPECT_GT(tight.noise, .02);
+  Options timed = parse_command_line(
+      {scene, "--width", "40", "--height", "24", "--time", "0.2", "-o", folder.file("stop.exr")});
+  complete(timed);
+  const Result result = run(timed, stage, console);
+  EXPECT_GE(result.samples, 8);
+  EXPECT_EQ(result.samples % 8, 0);
+  EXPECT_LT(result.samples, 1 << 24);
+  EXPECT_FALSE(result.partial);
+  EXPECT_EQ(header<int>(image::read_exr(folder.file("stop.exr")), "spp"), result.samples);
 }
 
 TEST_F(JobTest, writes_the_whole_header) {

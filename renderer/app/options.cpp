@@ -87,6 +87,10 @@ const std::vector<Row> table = {
     {samples, "spp", "N", 256, integer(1, 1 << 24), {}, "samples per pixel"},
     {samples, "replicates", "N", {}, integer(1, 64), {}, "independent parts of the samples, whose spread is the variance; "
      "divides the samples (the largest divisor up to 8)"},
+    {samples, "adaptive", "", false, any, {}, "spend three quarters of the samples where a first quarter found noise; without bias"},
+    {samples, "noise", "N", {}, above(0, 10), {}, "--adaptive: as many samples as this noise of the picture, relative to its mean, takes; "
+     "a quarter of --spp looks first"},
+    {samples, "time", "N", {}, above(0, 1e9), {}, "stop after this many seconds at a whole pass; not reproducible"},
     {samples, "seed", "N", 1, integer(0, 0x7fffffff), {}, "of the random numbers"},
     {samples, "sampler", "NAME", "sobol", any, {"sobol", "random"}, "sobol is Owen-scrambled"},
     {samples, "filter", "NAME", "box", any, {"box", "triangle", "blackman-harris"}, "of a pixel"},
@@ -97,7 +101,7 @@ const std::vector<Row> table = {
     {light, "punctual-units", "NAME", "auto", any, {"auto", "watt", "candela"}, "what the file's lamps are given in"},
 
     {output, "out", "FILE", {}, any, {}, "the picture: .exr (layers, variance, provenance), .hdr, .png, .jpg"},
-    {output, "layers", "LIST", json::array(), any, {"albedo", "normal", "depth", "position", "replicates", "lobes"}, ".exr: also these; lobes: direct and indirect light by lobe of the first surface"},
+    {output, "layers", "LIST", json::array(), any, {"albedo", "normal", "depth", "position", "replicates", "lobes", "samples"}, ".exr: also these; samples: how many each pixel has; lobes: direct and indirect light by lobe of the first surface"},
     {output, "exposure", "N", 0, number(-64, 64), {}, ".png, .jpg: brighter by this many stops"},
     {output, "gamma", "N", {}, number(.1, 10), {}, ".png, .jpg: display exponent (the sRGB curve)"},
     {output, "filmic", "", false, any, {}, ".png, .jpg: roll highlights off instead of cutting them"},

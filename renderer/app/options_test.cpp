@@ -164,6 +164,13 @@ TEST(Complete, refuses_what_does_not_go_together) {
   starts({"a.glb", "-o", "b.exr", "--gamma", "2.2"}, "--gamma: only .png and .jpg");
   starts({"a.glb", "-o", "b.exr", "--filmic"}, "--filmic: only .png and .jpg");
   starts({"a.glb", "-o", "b.exr", "--d-gamma", "1"}, "--d-gamma: only --shader path_disney");
+  starts({"a.glb", "-o", "b.exr", "--adaptive", "--spp", "18"},
+         "--adaptive: wanted an even number of --replicates");
+  starts({"a.glb", "-o", "b.exr", "--adaptive", "--replicates", "5"}, "--adaptive: wanted an even number");
+  starts({"a.glb", "-o", "b.exr", "--noise", "0.1"}, "--noise: only --adaptive has it");
+  starts({"a.glb", "-o", "b.exr", "--adaptive", "--noise", "0.1", "--spp", "16"},
+         "--noise: wanted at least 8");
+  starts({"a.glb", "-o", "b.exr", "--adaptive", "--noise", "0.1", "--time", "2"}, "--noise and --time");
   starts({"a.glb", "-o", "b.exr", "--spp", "20", "--replicates", "8"},
          "--replicates: wanted a divisor of --spp 20, found 8");
   starts({"a.glb", "-o", "b.exr", "--environment", "e.hdr", "--environment-color", "1,1,1"},

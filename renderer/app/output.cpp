@@ -37,6 +37,13 @@ image::Exr to_exr(const Options& options, const scene::Scene& scene, const integ
   add("normal", "XYZ", Shader::normal, false);
   add("depth", "Z", Shader::position, true);
   add("position", "XYZ", Shader::position, false);
+  if (std::count(layers.begin(), layers.end(), "samples") > 0) {
+    image::Image counts(film.width(), film.height());
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = 0; x < film.width(); ++x)
+        counts.at(x, y) = math::Vec3(static_cast<float>(film.samples(x, y)));
+    exr.layers.push_back({"samples", "N", std::move(counts)});
+  }
   for (int k = 0; k < film.replicates() && std::count(layers.begin(), layers.end(), "replicates") > 0; ++k) {
     image::Image replicate(film.width(), film.height());
     for (int y = 0; y < film.height(); ++y)

@@ -17,7 +17,7 @@ void complete_settings(Options& o) {
   r.depth = o["depth"];
   r.clamp = o["clamp"];
   r.fastest_isa = o["fastest-isa"];
-  r.spp = o["spp"];
+  r.spp = o.has("time") && !o.has("spp") ? 1 << 24 : o["spp"].get<int>();
   r.seed = o["seed"];
   r.sampler = static_cast<integrator::SamplerKind>(o.index("sampler"));
   r.filter = static_cast<integrator::Filter>(o.index("filter"));
@@ -26,18 +26,35 @@ void complete_settings(Options& o) {
   o.load.punctual_units = static_cast<gltf::PunctualUnits>(o.index("punctual-units"));
   o.load.limits.memory = static_cast<std::uint64_t>(o["max-memory"].get<double>() * 1e9);
 
-  // Replicates divide the samples. Whichever was left open gives way.
+  // Replicates divide the samples. Whichever was left open gives way. Adaptive sampling needs two halves with
+  // a spread each, and a quarter of the samples in all of them.
+  const bool adaptive = o["adaptive"];
+  const auto fits = [&](int replicates) {
+    return r.spp % replicates == 0 &&
+           (!adaptive || (replicates % 2 == 0 && replicates >= 4 && r.spp >= 4 * replicates));
+  };
   if (o.has("replicates")) {
     r.replicates = o["replicates"];
     if (!o.has("spp")) r.spp = (r.spp + r.replicates - 1) / r.replicates * r.replicates;
     if (r.spp % r.replicates != 0)
       base::fail("--replicates: wanted a divisor of --spp ", r.spp, ", found ", r.replicates);
   } else {
-    for (r.replicates = 8; r.spp % r.replicates != 0;) --r.replicates;
+    for (r.replicates = 8; r.replicates > 1 && !fits(r.replicates);) --r.replicates;
     o.choices.push_back("replicates " + std::to_string(r.replicates) + ": the largest divisor of " +
                         std::to_string(r.spp) + " samples up to 8" +
                         (r.replicates == 1 ? ", so there will be no variance" : ""));
   }
+
+  if (!fits(r.replicates))
+    base::fail(
+        "--adaptive: wanted an even number of --replicates from 4, and at least four times as many --spp, a "
+        "multiple of it, found ",
+        r.replicates, " and ", r.spp);
+  if (o.has("noise") && !adaptive) base::fail("--noise: only --adaptive has it");
+  if (o.has("noise") && r.replicates < 8)
+    base::fail("--noise: wanted at least 8 --replicates, found ", r.replicates);
+  if (o.has("noise") && o.has("time"))
+    base::fail("--noise and --time both say when to stop: give one of them");
 
   if (o.has("environment") && o.has("environment-color"))
     base::fail("--environment and --environment-color replace the same thing: give one of them");

@@ -1,6 +1,7 @@
 #include "image/film.h"
 
 #include <cassert>
+#include <cmath>
 #include <numeric>
 
 namespace image {
@@ -32,13 +33,26 @@ void Film::add(int x, int y, int replicate, const math::Vec3& radiance) {
   ++cell.count;
 }
 
+// A replicate as it counts for the mean: all its samples, or as one.
+Film::Cell Film::weighed(int x, int y, int replicate) const {
+  const Cell& all = cell(x, y, replicate);
+  return alike_ && all.count > 0 ? Cell{all.sum / static_cast<double>(all.count), 1} : all;
+}
+
 Film::Cell Film::total(int x, int y) const {
   Cell total;
   for (int r = 0; r < replicates_; ++r) {
-    total.sum += cell(x, y, r).sum;
-    total.count += cell(x, y, r).count;
+    const Cell part = weighed(x, y, r);
+    total.sum += part.sum;
+    total.count += part.count;
   }
   return total;
+}
+
+std::int64_t Film::samples(int x, int y) const {
+  std::int64_t count = 0;
+  for (int r = 0; r < replicates_; ++r) count += cell(x, y, r).count;
+  return count;
 }
 
 std::int64_t Film::rejected() const {
@@ -47,14 +61,15 @@ std::int64_t Film::rejected() const {
 
 // With n_r samples of mean m_r in replicate r and m = sum(n_r m_r) / N: the variance of one sample is
 // estimated by sum(n_r (m_r - m)^2) / (R - 1), that of the mean by the Nth part. Replicates without a sample
-// do not count; for equal n_r this is the usual variance of the m_r over R.
+// do not count; for equal n_r this is the usual variance of the m_r over R. The same formula with n_r = 1 is
+// that of replicates weighed alike.
 Vec3 Film::variance_of_mean(int x, int y) const {
   const Cell all = total(x, y);
   const double samples = static_cast<double>(all.count);
   DVec3 squares(0);
   int used = 0;
   for (int r = 0; r < replicates_; ++r) {
-    const Cell& part = cell(x, y, r);
+    const Cell part = weighed(x, y, r);
     if (part.count == 0) continue;
     const double count = static_cast<double>(part.count);
     const DVec3 difference = part.sum / count - all.sum / samples;
@@ -62,6 +77,17 @@ Vec3 Film::variance_of_mean(int x, int y) const {
     ++used;
   }
   return used >= 2 ? Vec3(squares / (used - 1.0) / samples) : Vec3(0);
+}
+
+double Film::noise() const {
+  double variance = 0, sum = 0;
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const Vec3 m = mean(x, y), v = variance_of_mean(x, y);
+      sum += static_cast<double>(m.x) + m.y + m.z;
+      variance += static_cast<double>(v.x) + v.y + v.z;
+    }
+  return sum > 0 ? std::sqrt(variance * 3 * width_ * height_) / sum : 0;
 }
 
 Image Film::image(math::Vec3 (Film::*pixel)(int, int) const) const {

@@ -23,12 +23,18 @@ class Film {
   // Different pixels may be added to from different threads; one pixel only from one.
   void add(int x, int y, int replicate, const math::Vec3& radiance);
 
+  // From now on means are those of the replicates' means, however many samples each has: for counts that were
+  // chosen by looking at samples (integrator/adaptive.h).
+  void weigh_replicates_alike() { alike_ = true; }
+
   // Of the accepted samples; black if there are none.
   math::Vec3 mean(int x, int y) const { return total(x, y).mean(); }
   math::Vec3 variance_of_mean(int x, int y) const;  // 0 for fewer than two replicates
   math::Vec3 replicate_mean(int x, int y, int replicate) const { return cell(x, y, replicate).mean(); }
-  std::int64_t samples(int x, int y) const { return total(x, y).count; }  // accepted
-  std::int64_t rejected() const;                                          // over the whole film
+  std::int64_t samples(int x, int y) const;  // accepted
+  std::int64_t rejected() const;             // over the whole film
+  // Root of the mean variance of pixels and channels, over their mean; 0 for a black film or one replicate.
+  double noise() const;
   Image mean_image() const { return image(&Film::mean); }
   Image variance_image() const { return image(&Film::variance_of_mean); }
 
@@ -41,11 +47,13 @@ class Film {
     }
   };
   Image image(math::Vec3 (Film::*pixel)(int, int) const) const;
+  Cell weighed(int x, int y, int replicate) const;
   Cell total(int x, int y) const;                   // of all replicates
   size_t index(int x, int y, int replicate) const;  // into cells_
   const Cell& cell(int x, int y, int replicate) const { return cells_[index(x, y, replicate)]; }
   int width_, height_, replicates_;
   Holds holds_;
+  bool alike_ = false;
   std::vector<Cell> cells_;             // (y * width + x) * replicates + replicate
   std::vector<std::int32_t> rejected_;  // per pixel
 };

@@ -174,11 +174,10 @@ struct Renderer::Impl {
     return u;
   }
 
-  Vec3 sample(int x, int y, int s, std::uint64_t& traced, Parts* parts) const {
+  Vec3 sample(int x, int y, int replicate, int index, std::uint64_t& traced, Parts* parts) const {
     const auto kind =
         settings.sampler == SamplerKind::sobol ? math::Sampler::Kind::sobol : math::Sampler::Kind::random;
-    const math::Sampler sampler(kind, settings.seed, x, y, s % settings.replicates,
-                                static_cast<std::uint32_t>(s / settings.replicates));
+    const math::Sampler sampler(kind, settings.seed, x, y, replicate, static_cast<std::uint32_t>(index));
     const math::Vec4 u = sampler.get(0);
     const accel::Ray ray =
         camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
@@ -197,7 +196,7 @@ struct Renderer::Impl {
 
   // Runs body(x, y) for every pixel of the crop, in tiles. False if stopped.
   template <typename Body>
-  bool for_each_pixel(const Body& body, const Progress& progress, int samples,
+  bool for_each_pixel(const Body& body, const Progress& progress = {},
                       const std::atomic<bool>* stop = nullptr) const {
     const int columns = (width + tile_size - 1) / tile_size, rows = (height + tile_size - 1) / tile_size;
     std::atomic<int> done{0};
@@ -225,7 +224,7 @@ struct Renderer::Impl {
                 continue;
               last = now;
               const double fraction = static_cast<double>(finished) / (columns * rows);
-              if (!progress({static_cast<int>(fraction * samples), samples, fraction, rays})) stopped = true;
+              if (!progress({fraction, rays})) stopped = true;
             }
           },
           tbb::simple_partitioner());
@@ -251,20 +250,29 @@ image::Film Renderer::film() const {
 
 bool Renderer::render(image::Film& film, int first, int count, const Progress& progress,
                       std::span<image::Film> parts, const std::atomic<bool>* stop) const {
+  // Samples below n of replicate r are those with numbers s = r, r + replicates, ... below n.
+  const int replicates = impl_->settings.replicates;
+  const auto below = [replicates](int n) {
+    return [n, replicates](int, int, int r) { return (n - r + replicates - 1) / replicates; };
+  };
+  return render(film, below(first), below(first + count), progress, parts, stop);
+}
+
+bool Renderer::render(image::Film& film, const Counts& done, const Counts& wanted, const Progress& progress,
+                      std::span<image::Film> parts, const std::atomic<bool>* stop) const {
   const Impl& m = *impl_;
   if (!parts.empty() && !traces_paths(m.settings.shader))
     base::fail("--layers lobes: wanted a --shader that traces paths, found another");
   return m.for_each_pixel(
       [&](int x, int y, std::uint64_t& traced) {
-        for (int s = first; s < first + count; ++s) {
-          Parts values;
-          const int replicate = s % m.settings.replicates;
-          film.add(x, y, replicate,
-                   m.sample(m.x0 + x, m.y0 + y, s, traced, parts.empty() ? nullptr : &values));
-          for (size_t i = 0; i < parts.size(); ++i) parts[i].add(x, y, replicate, values[i]);
-        }
+        for (int r = 0; r < m.settings.replicates; ++r)
+          for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
+            Parts values;
+            film.add(x, y, r, m.sample(m.x0 + x, m.y0 + y, r, i, traced, parts.empty() ? nullptr : &values));
+            for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
+          }
       },
-      progress, count, stop);
+      progress, stop);
 }
 
 std::optional<surface::Point> Renderer::first_surface(float x, float y) const {
@@ -284,20 +292,18 @@ std::span<const std::string> part_names() {
 image::Image Renderer::first_hit(Shader shader, bool depth) const {
   const Impl& m = *impl_;
   image::Image result(m.width, m.height);
-  m.for_each_pixel(
-      [&](int x, int y, std::uint64_t& traced) {
-        const accel::Ray ray =
-            m.camera.ray(static_cast<float>(m.x0 + x) + .5f, static_cast<float>(m.y0 + y) + .5f);
-        const math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
-        if (depth) {
-          accel::Hit hit;
-          ++traced;
-          if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces->at(ray, hit).distance);
-        } else {
-          result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
-        }
-      },
-      {}, 1);
+  m.for_each_pixel([&](int x, int y, std::uint64_t& traced) {
+    const accel::Ray ray =
+        m.camera.ray(static_cast<float>(m.x0 + x) + .5f, static_cast<float>(m.y0 + y) + .5f);
+    const math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
+    if (depth) {
+      accel::Hit hit;
+      ++traced;
+      if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces->at(ray, hit).distance);
+    } else {
+      result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
+    }
+  });
   return result;
 }
 

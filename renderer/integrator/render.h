@@ -59,8 +59,7 @@ struct Settings {
 };
 
 struct Status {
-  int samples_done = 0, samples_total = 0;  // per pixel
-  double fraction = 0;                      // of the work of this call
+  double fraction = 0;  // of the work of this call
   std::uint64_t rays = 0;
 };
 // Called about ten times a second, from one thread at a time; returning false stops the render at the end of
@@ -80,8 +79,8 @@ class Renderer {
 
   // After an edit in place of the scene's cameras, materials (but not which textures they have), lights or
   // environment, and with new settings: rebuilds what that touches and keeps the rest. From then on every bit
-  // is a new Renderer's. `lights_changed`: a light, the environment, or a material that emits or did. Not while
-  // another thread calls anything else.
+  // is a new Renderer's. `lights_changed`: a light, the environment, or a material that emits or did. Not
+  // while another thread calls anything else.
   void refresh(const Settings& settings, bool lights_changed);
 
   // An empty film of the right size (the crop's) and replicates.
@@ -94,6 +93,11 @@ class Renderer {
   // film()); path-tracing shaders without clamp only. `stop`, if not null, ends the call as `progress` does,
   // but at once.
   bool render(image::Film& film, int first, int count, const Progress& progress = {},
+              std::span<image::Film> parts = {}, const std::atomic<bool>* stop = nullptr) const;
+  // The same for counts that differ from pixel to pixel: of each replicate, samples from `done` until
+  // `wanted`.
+  using Counts = std::function<int(int x, int y, int replicate)>;
+  bool render(image::Film& film, const Counts& done, const Counts& wanted, const Progress& progress = {},
               std::span<image::Film> parts = {}, const std::atomic<bool>* stop = nullptr) const;
 
   // What is seen at a point of the image (pixels, as CameraRays has them; not of the crop); nullopt: nothing.

@@ -1,0 +1,97 @@
+#include "integrator/adaptive.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "math/sampler.h"
+
+namespace integrator {
+
+namespace {
+
+// Few replicates of few samples say little about one pixel: its variance is a weighted mean over 5 x 5.
+std::vector<double> smoothed(const std::vector<double>& v, int width, int height) {
+  constexpr double kernel[5] = {1. / 9, 2. / 9, 3. / 9, 2. / 9, 1. / 9};
+  std::vector<double> once(v.size()), twice(v.size());
+  const auto at = [&](const std::vector<double>& from, int x, int y) {
+    return from[static_cast<size_t>(std::clamp(y, 0, height - 1)) * static_cast<size_t>(width) +
+                static_cast<size_t>(std::clamp(x, 0, width - 1))];
+  };
+  size_t i = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x, ++i)
+      for (int k = -2; k <= 2; ++k) once[i] += kernel[k + 2] * at(v, x + k, y);
+  i = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x, ++i)
+      for (int k = -2; k <= 2; ++k) twice[i] += kernel[k + 2] * at(once, x, y + k);
+  return twice;
+}
+
+}  // namespace
+
+NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples)
+    : width_(pilot.width()), replicates_(pilot.replicates()), pilot_(samples) {
+  assert(first + step < replicates_);
+  std::vector<double> variance;
+  for (int y = 0; y < pilot.height(); ++y)
+    for (int x = 0; x < width_; ++x) {
+      glm::dvec3 sum(0), squares(0);
+      double n = 0;
+      for (int r = first; r < replicates_; r += step, ++n) {
+        const glm::dvec3 m(pilot.replicate_mean(x, y, r));
+        sum += m, squares += m * m;
+      }
+      const glm::dvec3 spread = (squares - sum * sum / n) / (n - 1.) * static_cast<double>(samples);
+      variance.push_back(std::max(0., (spread.x + spread.y + spread.z) / 3));
+      mean_ += (sum.x + sum.y + sum.z) / (3 * n);
+    }
+  mean_ /= static_cast<double>(variance.size());
+  deviation_ = smoothed(variance, width_, pilot.height());
+  for (double& d : deviation_) d = std::sqrt(d);
+}
+
+int NoiseMap::count(int x, int y, double level) const {
+  // The fraction left by rounding down is one more sample for as many pixels, chosen by a hash.
+  const auto pixel =
+      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) + static_cast<std::uint64_t>(x);
+  const double wanted = level * deviation_[pixel] + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53;
+  return std::max(pilot_, static_cast<int>(std::min(wanted, 1e9)));
+}
+
+double NoiseMap::mean_count(double level) const {
+  double sum = 0;
+  for (const double d : deviation_) sum += std::max(static_cast<double>(pilot_), level * d);
+  return sum / static_cast<double>(deviation_.size());
+}
+
+double NoiseMap::level_of_mean(double samples) const {
+  double low = 0, high = 1;
+  if (*std::max_element(deviation_.begin(), deviation_.end()) <= 0) return 0;  // nothing to gain anywhere
+  while (mean_count(high) < samples && high < 1e30) low = high, high *= 2;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = (low + high) / 2;
+    (mean_count(middle) < samples ? low : high) = middle;
+  }
+  return low;
+}
+
+double NoiseMap::mean_for_noise(double noise, double most, const NoiseMap& others) const {
+  const auto found = [&](double samples) {
+    const double level = level_of_mean(samples);
+    double sum = 0;
+    for (size_t i = 0; i < deviation_.size(); ++i)
+      sum += math::sqr(others.deviation_[i]) / std::max(static_cast<double>(pilot_), level * deviation_[i]);
+    return std::sqrt(sum / static_cast<double>(deviation_.size()) / replicates_) / others.mean_;
+  };
+  double low = pilot_, high = most;
+  if (!(others.mean_ > 0) || found(low) <= noise) return low;
+  for (int step = 0; step < 40; ++step) {
+    const double middle = std::sqrt(low * high);
+    (found(middle) > noise ? low : high) = middle;
+  }
+  return high;
+}
+
+}  // namespace integrator
