@@ -64,6 +64,7 @@ class Session {
     if ((a_.page_only || !a_.pattern.empty()) && fs::exists(kept)) all_ = read_json(kept);
     for (const char* part : {"scenes", "series", "what"})
       if (!all_.contains(part)) all_[part] = json::object();
+    if (!all_.contains("command")) all_["command"] = a_.command;
   }
 
   int run() {
@@ -173,7 +174,7 @@ class Session {
     std::vector<std::string> plots;
     for (const char* name : {"error.svg", "growth.svg"})
       if (plotted.ok() && fs::exists(folder_ + "/" + name)) plots.push_back(read_text(folder_ + "/" + name));
-    const std::string page = speed::html(all_, a_.command, plots);
+    const std::string page = speed::html(all_, plots);
     image::write_file(folder_ + "/index.html", page.data(), page.size());
     if (a_.write_file.empty()) return;
     const std::string images = (fs::path(a_.write_file).parent_path() / "images/speed").string();
@@ -182,7 +183,7 @@ class Session {
         fs::create_directories(images);
         fs::copy_file(folder_ + "/" + name, images + "/" + name, fs::copy_options::overwrite_existing);
       }
-    write_section(a_.write_file, "speed", speed::markdown(all_, a_.command, "images/speed"));
+    write_section(a_.write_file, "speed", speed::markdown(all_, "images/speed"));
   }
 
   SpeedArguments a_;

@@ -68,7 +68,7 @@ std::vector<Contestant> default_contestants(const std::string& suite, const std:
   all.push_back(cycles);
   // With its default threshold, .01, Cycles first looks after 64 samples: before that the two are one.
   cycles.name = "cycles adaptive", cycles.is_reference = false, cycles.settings["adaptive"] = true;
-  cycles.first = 64, cycles.last = 256, cycles.compared_at = 256;
+  cycles.first = 128, cycles.last = 256, cycles.compared_at = 256;
   all.push_back(cycles);
   return all;
 }

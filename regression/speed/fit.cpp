@@ -27,6 +27,28 @@ std::optional<Line> least_squares(const std::vector<std::pair<double, double>>& 
   return line;
 }
 
+// The falling curve that is nearest in least squares: pool adjacent violators. Sorted by time.
+void make_falling(std::vector<std::pair<double, double>>& points) {
+  struct Block {
+    double mean;
+    std::size_t count;
+  };
+  std::vector<Block> blocks;
+  for (const auto& [time, error] : points) {
+    blocks.push_back({error, 1});
+    while (blocks.size() > 1 && blocks.back().mean > blocks[blocks.size() - 2].mean) {
+      const Block last = blocks.back();
+      blocks.pop_back();
+      Block& b = blocks.back();
+      const double count = static_cast<double>(b.count), more = static_cast<double>(last.count);
+      b = {(count * b.mean + more * last.mean) / (count + more), b.count + last.count};
+    }
+  }
+  std::size_t i = 0;
+  for (const Block& block : blocks)
+    for (std::size_t k = 0; k < block.count; ++k) points[i++].second = block.mean;
+}
+
 }  // namespace
 
 std::optional<Equal> time_to(Curve curve, double error) {
@@ -36,6 +58,7 @@ std::optional<Equal> time_to(Curve curve, double error) {
       points.emplace_back(std::log(point.seconds), std::log(point.error));
   std::sort(points.begin(), points.end());
   if (points.size() < 2 || !(error > 0)) return std::nullopt;
+  make_falling(points);
   const double wanted = std::log(error);
 
   // Inside: the first crossing.

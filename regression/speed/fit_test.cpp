@@ -44,6 +44,12 @@ TEST(TimeToEqualError, has_no_answer_on_curves_that_do_not_fall) {
   EXPECT_FALSE(time_to({{1, 1}, {2, -.5}}, .5)) << "a negative estimate is no point of a curve";
 }
 
+TEST(TimeToEqualError, averages_what_noise_made_rise) {
+  // 2 and 8 at 2 and 4 seconds become 4 each, in logarithms; then 1 at 8 seconds.
+  EXPECT_NEAR(time_to({{1, 16}, {2, 2}, {4, 8}, {8, 1}}, 2)->seconds, 4 * std::sqrt(2.), 1e-12);
+  EXPECT_NEAR(time_to({{1, 16}, {2, 2}, {4, 8}, {8, 1}}, 8)->seconds, std::sqrt(2.), 1e-12);
+}
+
 TEST(PowerFit, finds_constant_and_exponent_once_the_bias_is_taken_out) {
   constexpr double a = .7, p = 1.12, b2 = 2e-3;
   std::vector<Level> levels;

@@ -35,10 +35,9 @@ std::string short_number(double value) {
   return format(std::abs(value) >= 100 ? "%.0f" : std::abs(value) >= 10 ? "%.1f" : "%.2f", value);
 }
 
-std::string cell(const std::optional<Spread>& spread) {
-  if (!spread) return "–";
-  return short_number(spread->median) + " (" + short_number(spread->low) + "–" + short_number(spread->high) +
-         ")" + (spread->extrapolated ? "*" : "");
+std::string cell(const std::optional<Ratio>& ratio) {
+  if (!ratio) return "–";
+  return short_number(ratio->value) + " ± " + short_number(ratio->error) + (ratio->extrapolated ? "*" : "");
 }
 
 std::vector<std::string> names(const json& scene, bool ours) {
@@ -62,9 +61,8 @@ Section equal_errors(const json& all) {
   s.title = "Time to equal error";
   s.text =
       "How many times longer the other renderer takes to its error at 64 samples (adaptive Cycles: at most "
-      "256, the error it "
-      "then has), median of the rounds and their range. Above 1 Assay is faster. A star: our curve was "
-      "prolonged.";
+      "256, the error it then has), with its standard error (jackknife over the rounds). Above 1 Assay is "
+      "faster. A star: our curve was prolonged.";
   const std::vector<std::string> others = opponents(all);
   s.header = {"scene", "contestant"};
   const std::vector<std::pair<std::string, std::string>> metrics = {
@@ -117,7 +115,7 @@ Section fits(const json& all) {
                                               format("%.3f %%", 100 * normal_999 * bias[1].get<double>());
       const double theirs =
           scene["contestants"].contains("cycles") ? efficiency(scene["contestants"]["cycles"], 64) : 0;
-      const double own = efficiency(contestant, 64);
+      const double own = efficiency(contestant, contestant.at("compared_at").get<int>());
       s.rows.push_back({scene.at("name"), name, power ? format("%.2f", power->p) : "–", b, mean_text,
                         theirs > 0 && own > 0 ? short_number(own / theirs) : "–"});
     }
@@ -159,18 +157,23 @@ Section resources(const json& all) {
     for (const auto& [name, contestant] : scene.at("contestants").items()) {
       double rays = 0, at64 = 0;
       for (const json& level : contestant.at("levels")) {
-        if (level["spp"] != 64 || level["seconds"].empty()) continue;
+        if (level["spp"] != contestant.at("compared_at") || level["seconds"].empty()) continue;
         at64 = median(level["seconds"].get<std::vector<double>>());
         rays = level.value("rays", 0.) / at64 * 1e-6;
       }
-      double embree = 0;
+      double embree = 0, rendering = 0;
       if (name == "assay" && scene.contains("profile") && scene["profile"].is_object())
-        for (const auto& [library, share] : scene["profile"].items())
-          if (library.find("embree") != std::string::npos) embree += share.get<double>();
+        for (const auto& [object, share] : scene["profile"].items()) {
+          const bool is_embree = object.find("libembree") == 0;
+          if (is_embree) embree += share.get<double>();
+          if (is_embree || object == "assay-render" || object.find("libm.") == 0 ||
+              object.find("libtbb") == 0)
+            rendering += share.get<double>();
+        }
       const double before =
           contestant["build_seconds"].get<double>() + contestant["load_seconds"].get<double>();
       s.rows.push_back({scene.at("name"), name, rays > 0 ? short_number(rays) : "–",
-                        embree > 0 ? format("%.0f %%", embree) : "–",
+                        embree > 0 ? format("%.0f %%", 100 * embree / rendering) : "–",
                         format("%.0f", contestant["peak_mb"].get<double>()),
                         at64 > 0 ? format("%.0f %%", 100 * before / at64) : "–"});
     }
@@ -257,9 +260,9 @@ std::string escaped(const std::string& text) {
 
 }  // namespace
 
-std::string markdown(const json& all, const std::string& command, const std::string& images) {
+std::string markdown(const json& all, const std::string& images) {
   std::ostringstream out;
-  out << "`" << command << "`\n";
+  out << "`" << all.value("command", "") << "`\n";
   for (const Section& s : sections(all)) {
     out << "\n### " << s.title << "\n\n" << s.text << (s.text.empty() ? "" : "\n\n");
     for (const std::string& word : s.header) out << "| " << word << " ";
@@ -276,7 +279,7 @@ std::string markdown(const json& all, const std::string& command, const std::str
   return out.str();
 }
 
-std::string html(const json& all, const std::string& command, const std::vector<std::string>& plots) {
+std::string html(const json& all, const std::vector<std::string>& plots) {
   std::ostringstream out;
   out << "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>assay "
          "speed</title><style>body{font:15px/1.5 "
@@ -286,7 +289,7 @@ std::string html(const json& all, const std::string& command, const std::vector<
          "#ddd;text-align:right}td:first-child,td:nth-child(2),"
          "th:first-child,th:nth-child(2){text-align:left}svg{max-width:100%;height:auto}</style><h1>Speed "
          "against error</h1><p><code>"
-      << escaped(command) << "</code></p>";
+      << escaped(all.value("command", "")) << "</code></p>";
   for (const std::string& plot : plots) out << plot.substr(std::min(plot.find("<svg"), plot.size()));
   for (const Section& s : sections(all)) {
     out << "<h2>" << escaped(s.title) << "</h2><p>" << escaped(s.text) << "</p><table><tr>";

@@ -7,13 +7,12 @@
 
 namespace speed {
 
-// `all`: {"machine", "scenes": {NAME: measure.h}, "what": {NAME: sentence}, "series": {NAME: series.h},
-// "small"}. `images`: where the plots are, seen from the page ("images/speed"); empty: no plots.
-std::string markdown(const nlohmann::json& all, const std::string& command, const std::string& images);
+// `all`: {"command", "machine", "scenes": {NAME: measure.h}, "what": {NAME: sentence}, "series": {NAME:
+// series.h}, "small"}. `images`: where the plots are, seen from the page ("images/speed"); empty: no plots.
+std::string markdown(const nlohmann::json& all, const std::string& images);
 
 // One file; `plots`: SVG texts.
-std::string html(const nlohmann::json& all, const std::string& command,
-                 const std::vector<std::string>& plots);
+std::string html(const nlohmann::json& all, const std::vector<std::string>& plots);
 
 // CPU, threads, memory, system; the versions of Assay and Blender if `renderer` names Assay's program.
 nlohmann::json machine(const std::string& renderer);

@@ -36,7 +36,7 @@ def save(figure, axes, path):
     for axis in axes:
         handles.update({label: handle for handle, label in zip(*axis.get_legend_handles_labels())})
     figure.legend(handles.values(), handles.keys(), loc="outside lower center" if matplotlib.__version__ >= "3.7" else "lower center",
-                  ncol=len(handles), frameon=False, bbox_to_anchor=None if matplotlib.__version__ >= "3.7" else (.5, -.06))
+                  ncol=len(handles), frameon=False, bbox_to_anchor=None if matplotlib.__version__ >= "3.7" else (.5, -.1 if len(axes) <= 3 else -.04))
     figure.savefig(path, metadata={"Date": None, "Creator": None}, bbox_inches="tight")
 
 

@@ -77,12 +77,15 @@ def build(job):
     for light in gltf.lights():
         witness.add_light(scene, light)
     shading.build_world(gltf, hide_environment=False)
+    witness.make_exact(scene, job)  # once: setting the engine again would throw Cycles' scene and BVH away
     return scene
 
 
 def render(scene, job):
-    witness.make_exact(scene, job)  # bounces, clamps, filter, no denoiser; samples that do not start at pixel centres
+    """The witness's exact settings (bounces, clamps, filter, no denoiser), Cycles' own defaults where they only cost noise."""
     cycles = scene.cycles
+    cycles.samples = job["spp"]
+    cycles.sample_offset = job["spp"] if job["spp"] > 1 else 0  # sample 0 of every pixel is at its centre
     cycles.min_light_bounces, cycles.min_transparent_bounces, cycles.light_sampling_threshold = 0, 0, 0.01
     cycles.use_adaptive_sampling = job["adaptive"]
     cycles.adaptive_threshold, cycles.adaptive_min_samples = 0.01, 0
