@@ -194,7 +194,7 @@ class Loader {
       light.cos_inner = static_cast<float>(std::cos(inner));
       light.cos_outer = static_cast<float>(std::cos(outer));
     }
-    out_.lights.push_back(light);
+    if (!math::is_black(light.intensity)) out_.lights.push_back(light);  // else nothing is there
   }
 
   void check_texcoords() {
