@@ -107,7 +107,7 @@ void draw_wipe(Viewer& v, const Rectangle& place) {
                  {v.wipe_at, 0}, {1, 1});
   list->AddLine({x, place.y}, {x, place.y + place.height}, 0xff40c0ff, 2);
   list->AddText({x + 6, place.y + 4}, 0xff40c0ff, v.reference_name.c_str());
-  v.trace.rectangle("wipe", x - 4, place.y, 8, place.height);
+  v.trace.rectangle("line of the wipe", x - 4, place.y, 8, place.height);
 }
 
 // Drags the line of the wipe; true while it has the mouse.

@@ -35,7 +35,7 @@ inline bool menu(Viewer& v, const char* label, const std::vector<std::string>& n
   const std::string shown =
       index >= 0 && index < static_cast<int>(names.size()) ? names[static_cast<size_t>(index)] : "";
   bool changed = false;
-  const bool open = ImGui::BeginCombo(label, shown.c_str());
+  const bool open = ImGui::BeginCombo(label, shown.c_str(), ImGuiComboFlags_HeightLargest);
   v.trace.item(label);
   if (!open) return false;
   for (int i = 0; i < static_cast<int>(names.size()); ++i) {

@@ -56,7 +56,7 @@ void draw_material(Viewer& v) {
 }
 
 void draw_lights(Viewer& v) {
-  if (v.state.lights.empty() || !section(v, "Lights", false)) return;
+  if (v.state.lights.empty() || !section(v, "Lights")) return;
   static const char* const kinds[] = {"directional, W/m2", "point, W/sr", "spot, W/sr"};
   for (size_t i = 0; i < v.state.lights.size(); ++i) {
     scene::Light& light = v.state.lights[i];

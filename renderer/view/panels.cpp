@@ -50,14 +50,10 @@ void status(Viewer& v) {
   else
     ImGui::Text("%d of %d samples, %s, %s", f.samples, wanted, app::speed(f.rays, f.seconds).c_str(),
                 app::duration(f.seconds).c_str());
-  double sum = 0, variance = 0;
-  for (size_t i = 0; i < f.variance.pixels.size(); ++i)
-    sum += math::mean(f.mean.pixels[i]), variance += math::mean(f.variance.pixels[i]);
-  if (sum > 0)
-    ImGui::Text("noise: %.2f %% of the mean radiance (RMS)",
-                100 * std::sqrt(variance * static_cast<double>(f.variance.pixels.size())) / sum);
+  if (v.median_error >= 0)
+    ImGui::Text("standard error: %.2f %% in half of the pixels", 100 * v.median_error);
   else
-    ImGui::TextUnformatted("noise: not known yet");
+    ImGui::TextUnformatted("standard error: not known yet");
   ImGui::Text("first preview on screen after %.0f ms", v.preview_ms);
   if (f.rejected > 0)
     ImGui::TextColored({1, .5f, .5f, 1}, "%lld samples were not finite", static_cast<long long>(f.rejected));
@@ -148,7 +144,7 @@ void camera(Viewer& v) {
 }
 
 void sampling(Viewer& v) {
-  if (!section(v, "Size and samples", false)) return;
+  if (!section(v, "Size and samples")) return;
   integer(v, "width", 16);
   integer(v, "height", 16);
   integer(v, "spp", 64);
@@ -197,16 +193,29 @@ void draw_panels(Viewer& v, float x, float y, float width, float height) {
   ImGui::SetNextWindowSize({width, height});
   ImGui::Begin("controls", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize);
-  ImGui::PushItemWidth(.58f * width);
+  ImGui::PushItemWidth(.53f * width);
   status(v);
   saving(v);
-  shader(v);
-  draw_material(v);
-  display(v);
-  camera(v);
-  draw_lights(v);
-  draw_environment(v);
-  sampling(v);
+  if (ImGui::BeginTabBar("tabs")) {
+    const bool scene = ImGui::BeginTabItem("Scene");
+    v.trace.item("tab Scene");
+    if (scene) {
+      draw_material(v);
+      draw_lights(v);
+      draw_environment(v);
+      ImGui::EndTabItem();
+    }
+    const bool picture = ImGui::BeginTabItem("Picture");
+    v.trace.item("tab Picture");
+    if (picture) {
+      shader(v);
+      camera(v);
+      display(v);
+      sampling(v);
+      ImGui::EndTabItem();
+    }
+    ImGui::EndTabBar();
+  }
   ImGui::PopItemWidth();
   ImGui::End();
   draw_textures(v);

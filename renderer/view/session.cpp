@@ -25,7 +25,9 @@ bool emits(const scene::Material& m) { return !math::is_black(m.emission); }
 }  // namespace
 
 Session::Session(app::Options options, std::function<void()> notify) : notify_(std::move(notify)) {
-  if (options.has("crop")) base::fail("--crop: the viewer shows whole pictures");
+  for (const char* name : {"crop", "adaptive", "noise", "time"})
+    if (options.has(name))
+      base::fail("--", name, ": the viewer renders the whole picture, sample after sample: use assay-render");
   if (!options.has("spp")) options.given["spp"] = 4096;
   app::complete_settings(options);
   scene_ = gltf::load(options.text("scene"), options.load);

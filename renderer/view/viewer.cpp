@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
@@ -12,6 +13,22 @@
 
 namespace view {
 namespace fs = std::filesystem;
+
+namespace {
+
+// Half of the pixels have a smaller relative error; fireflies do not count for more than one.
+float median_relative_error(const Frame& frame) {
+  std::vector<float> errors;
+  for (size_t i = 0; i < frame.variance.pixels.size(); ++i)
+    if (const float error = relative_error(frame.mean.pixels[i], frame.variance.pixels[i]); error >= 0)
+      errors.push_back(error);
+  if (errors.empty()) return -1;
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
+}
+
+}  // namespace
 
 Viewer::Viewer(Session& s, Trace& t) : session(s), trace(t), state(s.original().state), submitted(state) {
   const std::string stem = fs::path(session.original().file).stem().string();
@@ -62,6 +79,7 @@ void Viewer::paint() {
                                display.gamma != painted_display_.gamma ||
                                display.filmic != painted_display_.filmic;
   if (frame == painted_ && !display_changed && show == painted_show_ && reference_painted_) return;
+  if (frame && frame != painted_) median_error = median_relative_error(*frame);
   const Codes codes(display);
   if (frame && frame->problem.empty() && frame->mean.width > 0) {
     const image::Image& mean = frame->mean;

@@ -19,6 +19,7 @@ struct Viewer {
   State submitted;
   std::uint64_t generation = 1;
   std::shared_ptr<const Frame> frame;  // shown
+  float median_error = -1;             // of the pixels that are not black, relative; below 0: not known
   double preview_ms = 0;               // from the last interaction to its first picture on the screen
   std::uint64_t timed_generation = 0;
 
