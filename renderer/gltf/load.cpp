@@ -194,7 +194,7 @@ class Loader {
       light.cos_inner = static_cast<float>(std::cos(inner));
       light.cos_outer = static_cast<float>(std::cos(outer));
     }
-    if (!math::is_black(light.intensity)) out_.lights.push_back(light);  // else nothing is there
+    out_.lights.push_back(light);
   }
 
   void check_texcoords() {

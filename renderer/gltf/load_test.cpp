@@ -162,7 +162,9 @@ TEST(Load, reads_punctual_lights_in_watts_unless_blender_wrote_them) {
   EXPECT_EQ(with_nodes(nodes, options).lights[0].intensity, Vec3(2, 1, 0));
 }
 
-TEST(Load, leaves_out_lights_of_no_intensity) {
+// They light nothing, and the bits are the same without them (reference/robust, Bits), but a viewer can turn
+// them up.
+TEST(Load, keeps_lights_of_no_intensity) {
   File f = triangle();
   f.root["extensions"] = json::parse(R"({"KHR_lights_punctual": {"lights": [
     {"type": "point", "intensity": 0}, {"type": "point", "color": [0, 0, 0]}, {"type": "point", "name": "lit"}]}})");
@@ -170,8 +172,9 @@ TEST(Load, leaves_out_lights_of_no_intensity) {
     {"extensions": {"KHR_lights_punctual": {"light": 0}}}, {"extensions": {"KHR_lights_punctual": {"light": 1}}},
     {"extensions": {"KHR_lights_punctual": {"light": 2}}}])");
   const scene::Scene s = load_file(f);
-  ASSERT_EQ(s.lights.size(), 1u);
-  EXPECT_EQ(s.lights[0].name, "lit");
+  ASSERT_EQ(s.lights.size(), 3u);
+  EXPECT_TRUE(math::is_black(s.lights[0].intensity) && math::is_black(s.lights[1].intensity));
+  EXPECT_EQ(s.lights[2].name, "lit");
 }
 
 TEST(Load, refuses_lights_that_make_no_sense) {
