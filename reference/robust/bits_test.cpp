@@ -129,12 +129,14 @@ TEST(Bits, do_not_depend_on_what_a_scene_does_not_use) {
   });
   const std::string dark = changed_by([](scene::Scene& s) {
     if (!s.environment) s.environment = constant(0);
+    s.lights.emplace_back();
+    s.lights.back().intensity = Vec3(0);
   });
   EXPECT_EQ(parameters, none());
   EXPECT_EQ(unused, none());
   EXPECT_EQ(dark, none());
   measured("scenes that differ: parameters of lobes of weight 0: ", parameters,
-           "; textures, materials, meshes nobody uses: ", unused, "; a black environment: ", dark);
+           "; textures, materials, meshes nobody uses: ", unused, "; a black environment and lamp: ", dark);
 }
 
 // A11. Denormal numbers are flushed wherever samples are made; Embree asks for it, and each costs ten normal
