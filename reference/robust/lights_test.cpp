@@ -23,10 +23,7 @@ scene::Scene floor_under(const scene::Environment& environment, float albedo = 1
   s.materials = {analytic::lambert(albedo)};
   s.instances = {{0}};
   s.environment = environment;
-  scene::Camera c;
-  c.yfov = .1f;
-  c.to_world = math::Mat4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 6, 0, 1);  // looks down
-  s.cameras = {c};
+  s.cameras = {looks_down(.1f)};
   return s;
 }
 

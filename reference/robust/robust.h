@@ -71,6 +71,14 @@ inline scene::Light point(const Vec3& position, float intensity) {
   return l;
 }
 
+// From 6 metres above the origin, straight down.
+inline scene::Camera looks_down(float yfov) {
+  scene::Camera c;
+  c.yfov = yfov;
+  c.to_world = math::Mat4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 6, 0, 1);
+  return c;
+}
+
 // A square lamp of half side `half` at height y over the origin, shining down.
 inline scene::Mesh lamp(float half, float y) {
   return analytic::quad({-half, y, -half}, {half, y, -half}, {half, y, half}, {-half, y, half});

@@ -8,6 +8,7 @@
 #include "app/testing.h"
 #include "image/io.h"
 #include "speed/compare.h"
+#include "speed/contestants.h"
 #include "speed/measure.h"
 
 namespace app {
@@ -119,6 +120,23 @@ TEST_F(Speed, writes_its_section_of_a_page_and_makes_it_again_without_measuring)
   EXPECT_NE(first.find("| grey | assay |"), std::string::npos);
   ASSERT_EQ(speed({"--page", "--write", page}), 0) << err_;
   EXPECT_NE(suite::testing::read_text(page).find("| grey | assay |"), std::string::npos);
+}
+
+// What `assay speed` asks of assay-render by itself, at the fewest samples it asks for.
+TEST_F(Speed, asks_our_own_renderer_for_what_it_can_do) {
+  int ours = 0;
+  for (const speed::Contestant& c :
+       speed::default_contestants(ASSAY_SOURCE_DIR "/regression", ASSAY_BINARY_DIR)) {
+    if (c.family != "assay") continue;
+    suite::Job job;
+    job.scene = ASSAY_SOURCE_DIR "/regression/scenes/cornell.glb";
+    job.out = suite_.layout.build + "/" + std::to_string(ours++) + ".exr";
+    job.width = job.height = 8;
+    job.spp = c.first, job.replicates = 1, job.depth = 2, job.seed = 1;
+    const suite::Outcome outcome = c.command->run({job}, suite_.layout.build).front();
+    EXPECT_TRUE(outcome.ok) << c.name << ": " << outcome.error;
+  }
+  EXPECT_EQ(ours, 2);  // fixed and adaptive
 }
 
 TEST(SpeedLevels, are_left_out_from_the_dearest_but_never_those_compared) {

@@ -52,14 +52,15 @@ std::vector<Contestant> default_contestants(const std::string& suite, const std:
   const std::string command =
       quoted(program) +
       " {scene} -o {out} --width {width} --height {height} --spp {spp} --seed {seed} "
-      "--depth {depth} --threads {threads} --replicates 1 --shader principled --json --quiet";
+      "--depth {depth} --threads {threads} --shader principled --json --quiet";
   std::vector<Contestant> all;
-  Contestant assay{"assay", "assay", true, 4, 256, 64, suite::RendererCommand::from_template(command),
+  Contestant assay{"assay", "assay", true, 4, 256, 64, suite::RendererCommand::from_template(command + " --replicates 1"),
                    {},      {}};
   all.push_back(assay);
   if (knows_option(program, "--adaptive ")) {
     assay.name = "assay adaptive", assay.is_reference = false;
-    assay.command = suite::RendererCommand::from_template(command + " --adaptive");
+    assay.command = suite::RendererCommand::from_template(command + " --replicates 4 --adaptive");
+    assay.first = 16;  // a quarter of the samples goes to each replicate
     all.push_back(assay);
   }
   if (!blender_is_there()) return all;

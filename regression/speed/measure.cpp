@@ -18,7 +18,7 @@ using image::Image;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-constexpr int pilot_spp = 8;
+constexpr int pilot_spp = 16;
 constexpr double reference_share = .35;  // of a scene's time
 constexpr int reference_spp_min = 256, reference_spp_max = 65536;
 

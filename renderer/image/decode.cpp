@@ -152,16 +152,7 @@ Image read_environment(const std::string& path, const Limits& limits) {
     base::fail(
         path,
         ": wanted a flat image whose data fill its window, found deep data or a smaller or larger window");
-  int first = -1;
-  for (int c = 0; c + 2 < spec.nchannels; ++c)
-    if (spec.channel_name(c) == "R" && spec.channel_name(c + 1) == "G" && spec.channel_name(c + 2) == "B")
-      first = c;
-  if (first < 0) base::fail(path, ": wanted channels R, G, B, found others");
-
-  Image image(spec.width, spec.height);
-  static_assert(sizeof(math::Vec3) == 3 * sizeof(float));
-  if (!input->read_image(0, 0, first, first + 3, OIIO::TypeFloat, image.pixels.data()))
-    base::fail(path, ": cannot read: ", input->geterror());
+  Image image = read_rgb(*input, path);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const math::Vec3& texel = image.at(x, y);

@@ -33,7 +33,7 @@ struct Exr {
 };
 
 // Writes R, G, B as float, the variance as half with its scale, the layers and the metadata, ZIP-compressed.
-// The same input gives the same bytes. The file appears whole or not at all; throws base::Error naming it and
+// The same input gives the same bytes but for the date that OpenImageIO puts into the header. The file appears whole or not at all; throws base::Error naming it and
 // the reason.
 void write_exr(const std::string& path, const Exr& exr);
 

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "image/file.h"
+#include "image/image.h"
 
 namespace image {
 
@@ -33,6 +34,21 @@ inline std::unique_ptr<OIIO::ImageInput> open_as(const std::string& extension, c
   if (!input->open(memory ? "memory" : name, spec, wishes))
     base::fail(name, ": cannot read: ", input->geterror());
   return input;
+}
+
+// The channels R, G, B of an open file, which stand together. Throws base::Error naming `name`.
+inline Image read_rgb(OIIO::ImageInput& input, const std::string& name) {
+  const OIIO::ImageSpec& spec = input.spec();
+  int first = -1;
+  for (int c = 0; c + 2 < spec.nchannels; ++c)
+    if (spec.channel_name(c) == "R" && spec.channel_name(c + 1) == "G" && spec.channel_name(c + 2) == "B")
+      first = c;
+  if (first < 0) base::fail(name, ": wanted channels R, G, B, found others");
+  Image image(spec.width, spec.height);
+  static_assert(sizeof(math::Vec3) == 3 * sizeof(float));
+  if (!input.read_image(0, 0, first, first + 3, OIIO::TypeFloat, image.pixels.data()))
+    base::fail(name, ": cannot read: ", input.geterror());
+  return image;
 }
 
 // Encodes `pixels`, of the type and the layout of `spec`, in memory as the format of one extension and writes

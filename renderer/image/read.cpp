@@ -1,6 +1,5 @@
 #include "image/read.h"
 
-#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -12,8 +11,6 @@ namespace image {
 
 namespace {
 
-float srgb_to_linear(float v) { return v <= .04045f ? v / 12.92f : math::pow((v + .055f) / 1.055f, 2.4f); }
-
 Image read_encoded(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
@@ -21,7 +18,8 @@ Image read_encoded(const std::string& path) {
   const Decoded decoded = decode(bytes.data(), bytes.size(), path);
   Image image(decoded.width, decoded.height);
   for (std::size_t i = 0; i < image.pixels.size(); ++i)
-    for (int c = 0; c < 3; ++c) image.pixels[i][c] = srgb_to_linear(static_cast<float>(decoded.texels[i][c]) / 65535);
+    for (int c = 0; c < 3; ++c)
+      image.pixels[i][c] = math::srgb_to_linear(static_cast<float>(decoded.texels[i][c]) / 65535);
   return image;
 }
 
@@ -38,15 +36,7 @@ Image read_picture(const std::string& path) {
   const Limits limits;
   if (spec.width > limits.side || spec.height > limits.side || spec.deep || spec.depth > 1)
     base::fail(path, ": wanted a flat picture of at most ", limits.side, " pixels a side, found another");
-  int first = -1;
-  for (int c = 0; c + 2 < spec.nchannels; ++c)
-    if (spec.channel_name(c) == "R" && spec.channel_name(c + 1) == "G" && spec.channel_name(c + 2) == "B")
-      first = c;
-  if (first < 0) base::fail(path, ": wanted channels R, G, B, found others");
-  Image image(spec.width, spec.height);
-  if (!input->read_image(0, 0, first, first + 3, OIIO::TypeFloat, image.pixels.data()))
-    base::fail(path, ": cannot read: ", input->geterror());
-  return image;
+  return read_rgb(*input, path);
 }
 
 }  // namespace image

@@ -77,6 +77,7 @@ TEST(Refresh, after_each_of_many_edits_every_bit_is_that_of_a_new_renderer) {
       {"culled", true, [&] { s.materials[1].double_sided = false; }},
       {"masked", true, [&] { s.materials[1].alpha_mode = scene::AlphaMode::mask; }},
       {"size", false, [&] { settings.width = 20, settings.height = 20; }},
+      // 4 samples of the 94 pixels that see the floor: paths beyond a second bounce need more.
       {"threads", false, [&] { settings.threads = 3, settings.depth = 1; }},
       {"crop", false, [&] { settings.crop_width = settings.crop_height = 9; }}};
   for (const auto& edit : edits) {

@@ -163,4 +163,10 @@ inline double acos(double x) {
 }
 inline float acos(float x) { return static_cast<float>(acos(static_cast<double>(x))); }
 
+// sRGB transfer function (IEC 61966-2-1), encoded value in [0,1] to linear.
+inline float srgb_to_linear(float encoded) {
+  return encoded <= .04045f ? encoded / 12.92f
+                            : static_cast<float>(pow((static_cast<double>(encoded) + .055) / 1.055, 2.4));
+}
+
 }  // namespace math

@@ -32,20 +32,17 @@ float reduce(float u, scene::Wrap mode) {
   return u - period * std::floor(u / period);
 }
 
-Vec4 decode(const Vec4& c) { return {srgb_to_linear(c.x), srgb_to_linear(c.y), srgb_to_linear(c.z), c.w}; }
+Vec4 decode(const Vec4& c) {
+  return {math::srgb_to_linear(c.x), math::srgb_to_linear(c.y), math::srgb_to_linear(c.z), c.w};
+}
 
 }  // namespace
-
-float srgb_to_linear(float s) {
-  return s <= .04045f ? s / 12.92f
-                      : static_cast<float>(math::pow((static_cast<double>(s) + .055) / 1.055, 2.4));
-}
 
 Textures::Textures(const scene::Scene& scene, bool filter_encoded)
     : scene_(scene), filter_encoded_(filter_encoded) {
   if (filter_encoded || scene.bitmaps.empty()) return;
   for (int code = 0; code < 65536; ++code)
-    decoded_.push_back(srgb_to_linear(static_cast<float>(code) / 65535));
+    decoded_.push_back(math::srgb_to_linear(static_cast<float>(code) / 65535));
 }
 
 Vec4 Textures::lookup(const scene::Texture& t, const Vec2& uv, bool srgb) const {

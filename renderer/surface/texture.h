@@ -29,7 +29,4 @@ class Textures {
   std::vector<float> decoded_;  // of each code that a colour may have; empty if colours are filtered encoded
 };
 
-// sRGB transfer function (IEC 61966-2-1), encoded value in [0,1] to linear.
-float srgb_to_linear(float encoded);
-
 }  // namespace surface

@@ -7,6 +7,8 @@
 #include <limits>
 #include <sstream>
 
+#include "math/transcendental.h"
+
 namespace surface {
 namespace {
 
@@ -76,7 +78,7 @@ TEST(Srgb, is_the_standard_s_curve_for_every_code) {
   for (int code = 0; code < 65536; ++code) {
     const double s = code / 65535.;
     const double linear = s <= .04045 ? s / 12.92 : std::pow((s + .055) / 1.055, 2.4);
-    const float ours = srgb_to_linear(static_cast<float>(code) / 65535);
+    const float ours = math::srgb_to_linear(static_cast<float>(code) / 65535);
     worst = std::max(worst, std::fabs(ours - linear));
     if (code % 257 != 0) continue;
     const double back =

@@ -17,7 +17,6 @@ sys.path.insert(0, os.path.join(ROOT, "reference", "blender"))
 import bpy  # noqa: E402
 
 import geometry  # noqa: E402
-import materials  # noqa: E402
 import shading  # noqa: E402
 from gltf import Gltf  # noqa: E402
 
@@ -56,7 +55,7 @@ def plain_environment(nodes, environment):
 
 
 witness = witness_script()
-shading._environment_map = plain_environment
+shading.Shading, shading._environment_map = PlainShading, plain_environment
 
 
 def build(job):
@@ -64,14 +63,7 @@ def build(job):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     meshes = geometry.import_primitives(gltf)
-    maker, made = PlainShading(gltf, emission_only=False), {}
-    for (m, p), mesh in meshes.items():
-        primitive = gltf.list("meshes")[m]["primitives"][p]
-        key = (primitive.get("material"), *sorted(primitive["attributes"]))
-        if key not in made:
-            made[key] = maker.material(materials.read_material(gltf, key[0]), primitive["attributes"])
-        mesh.materials.clear()
-        mesh.materials.append(made[key])
+    witness.assign_materials(gltf, meshes, depth=1)
     geometry.add_instances(gltf, meshes)
     witness.add_camera(scene, gltf, 0)
     for light in gltf.lights():
