@@ -1,4 +1,4 @@
-// For the tests of this room: small glTF files built in memory, written to a folder of their own.
+// For tests: small glTF files built in memory, written to a folder of their own.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -8,8 +8,8 @@ namespace view {
 
 namespace {
 
-gltf::Edits edits_of(const Original& original, const State& state) {
-  gltf::Edits edits;
+Edits edits_of(const Original& original, const State& state) {
+  Edits edits;
   for (size_t i = 0; i < state.materials.size(); ++i)
     if (state.materials[i] != original.state.materials[i])
       edits.materials.push_back({i, original.state.materials[i], state.materials[i]});
@@ -58,9 +58,9 @@ app::Options complete_options(const State& state) {
 }
 
 SavedScene save_scene(const Original& original, const State& state, const std::string& file) {
-  const gltf::Edits edits = edits_of(original, state);
+  const Edits edits = edits_of(original, state);
   const gltf::Options load = complete_options(state).load;
-  gltf::save(original.file, original.hash, file, edits, load);
+  write_gltf(original.file, original.hash, file, edits, load);
   const scene::Scene read = gltf::load(file, load);
 
   // What reads back otherwise would make another picture.

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "gltf/save.h"
 #include "image/display.h"
+#include "view/gltf_file.h"
 #include "view/state.h"
 
 namespace view {

@@ -1,5 +1,5 @@
 // Saved scenes, read back: every edited value bit by bit, and everything else as it was.
-#include "gltf/save.h"
+#include "view/gltf_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,12 @@
 
 #include "gltf/sample_test.h"
 
-namespace gltf {
+namespace view {
 namespace {
 
 using math::Vec3;
 using nlohmann::json;
+namespace sample = gltf::sample;
 namespace fs = std::filesystem;
 
 std::string read(const std::string& file) {
@@ -73,7 +74,7 @@ Edits random_edits(scene::Scene& scene, std::mt19937& random) {
   camera.camera.name = "view";
   camera.camera.yfov = .3f + u();
   camera.camera.aspect = 2.35f;
-  camera.camera.to_world = *camera_frame(camera.to_world);
+  camera.camera.to_world = *gltf::camera_frame(camera.to_world);
   scene.cameras.push_back(camera.camera);
   EnvironmentEdit& sky = edits.environment.emplace();
   sky.rotation_degrees = 360 * u();
@@ -114,27 +115,27 @@ void expect_same(const scene::Scene& saved, scene::Scene edited) {
     EXPECT_EQ(saved.bitmaps[i].texels, edited.bitmaps[i].texels);
 }
 
-TEST(Save, every_edited_value_of_every_scene_of_the_suite_reads_back_bit_by_bit) {
+TEST(GltfFile, every_edited_value_of_every_scene_of_the_suite_reads_back_bit_by_bit) {
   std::mt19937 random(1);
   for (const std::string& file : scenes()) {
     SCOPED_TRACE(file);
     const sample::Folder folder;
     for (const char* name : {"saved.glb", "saved.gltf"}) {
-      scene::Scene edited = load(file);
+      scene::Scene edited = gltf::load(file);
       const std::string hash = edited.hash;
       const Edits edits = random_edits(edited, random);
-      save(file, hash, folder / name, edits);
-      expect_same(load(folder / name), edited);
+      write_gltf(file, hash, folder / name, edits);
+      expect_same(gltf::load(folder / name), edited);
     }
   }
 }
 
-TEST(Save, without_edits_everything_stays) {
+TEST(GltfFile, without_edits_everything_stays) {
   for (const std::string& file : scenes()) {
     SCOPED_TRACE(file);
     const sample::Folder folder;
-    const scene::Scene scene = load(file);
-    save(file, scene.hash, folder / "saved.glb", {});
+    const scene::Scene scene = gltf::load(file);
+    write_gltf(file, scene.hash, folder / "saved.glb", {});
     std::string before, after;
     json was = json_of(file, &before);
     const json is = json_of(folder / "saved.glb", &after);
@@ -142,17 +143,17 @@ TEST(Save, without_edits_everything_stays) {
       was["scenes"][0]["extras"]["environment"] = is["scenes"][0]["extras"]["environment"];  // its copy
     EXPECT_EQ(was, is);
     EXPECT_EQ(before, after);
-    expect_same(load(folder / "saved.glb"), scene);
+    expect_same(gltf::load(folder / "saved.glb"), scene);
   }
 }
 
-TEST(Save, one_edit_touches_its_material_alone) {
+TEST(GltfFile, one_edit_touches_its_material_alone) {
   const std::string file = ASSAY_SOURCE_DIR "/regression/scenes/khr_layers.glb";
   const sample::Folder folder;
-  const scene::Scene scene = load(file);
+  const scene::Scene scene = gltf::load(file);
   MaterialEdit edit{1, scene.materials[1], scene.materials[1]};
   edit.after.roughness = .125f;
-  save(file, scene.hash, folder / "saved.glb", {{edit}, {}, {}, {}});
+  write_gltf(file, scene.hash, folder / "saved.glb", {{edit}, {}, {}, {}});
   json was = json_of(file), is = json_of(folder / "saved.glb");
   EXPECT_EQ(is["materials"][1]["pbrMetallicRoughness"]["roughnessFactor"], .125);
   EXPECT_EQ(is["materials"][1]["extensions"], was["materials"][1]["extensions"]) << "no coat was edited";
@@ -161,7 +162,7 @@ TEST(Save, one_edit_touches_its_material_alone) {
   EXPECT_EQ(was, is);
 }
 
-TEST(Save, extensions_that_approximate_an_edited_parameter_go_and_the_coat_is_said_in_its_own) {
+TEST(GltfFile, extensions_that_approximate_an_edited_parameter_go_and_the_coat_is_said_in_its_own) {
   sample::File f = sample::triangle();
   f.root["materials"] = json::parse(R"([{"extensions": {
     "KHR_materials_specular": {"specularFactor": 0.5}, "KHR_materials_sheen": {"sheenColorFactor": [0.5, 0.2, 0.1]},
@@ -169,21 +170,21 @@ TEST(Save, extensions_that_approximate_an_edited_parameter_go_and_the_coat_is_sa
   f.root["meshes"][0]["primitives"][0]["material"] = 0;
   const sample::Folder folder;
   const std::string file = folder.write("a.glb", f.to_glb());
-  const scene::Scene scene = load(file);
+  const scene::Scene scene = gltf::load(file);
   MaterialEdit edit{0, scene.materials[0], scene.materials[0]};
   edit.after.sheen = 1;
   edit.after.clearcoat_roughness = .2f;
-  save(file, scene.hash, folder / "b.glb", {{edit}, {}, {}, {}});
+  write_gltf(file, scene.hash, folder / "b.glb", {{edit}, {}, {}, {}});
   const json material = json_of(folder / "b.glb")["materials"][0];
   EXPECT_EQ(material["extensions"], json::parse(R"({"KHR_materials_specular": {"specularFactor": 0.5},
     "KHR_materials_unlit": {}, "KHR_materials_clearcoat": {"clearcoatFactor": 0.0, "clearcoatRoughnessFactor": 0.2}})"));
   EXPECT_EQ(material["extras"]["mine"], json::parse("[1, 2]"));
   EXPECT_FALSE(material["extras"].contains("disney_clearcoat_gloss"));
-  EXPECT_EQ(load(folder / "b.glb").materials[0], edit.after);
+  EXPECT_EQ(gltf::load(folder / "b.glb").materials[0], edit.after);
 }
 
 // Blender's files are in candela and lux.
-TEST(Save, a_light_under_a_turned_and_scaled_parent_goes_where_it_was_put_in_the_files_units) {
+TEST(GltfFile, a_light_under_a_turned_and_scaled_parent_goes_where_it_was_put_in_the_files_units) {
   for (const char* generator : {"hand", "Khronos glTF Blender I/O v3.4"}) {
     sample::File f = sample::triangle();
     f.root["asset"]["generator"] = generator;
@@ -197,13 +198,13 @@ TEST(Save, a_light_under_a_turned_and_scaled_parent_goes_where_it_was_put_in_the
     f.root["scenes"] = json::parse(R"([{"nodes": [0]}])");
     const sample::Folder folder;
     const std::string file = folder.write("a.glb", f.to_glb());
-    scene::Scene scene = load(file);
+    scene::Scene scene = gltf::load(file);
     ASSERT_EQ(scene.lights.size(), 3u);
     scene.lights[0].position = {.1f, -.7f, 12.3f};
     scene.lights[0].intensity = {.3f, .1f, 7};
     scene.lights[1].intensity = Vec3(0);
-    save(file, scene.hash, folder / "b.glb", {{}, {scene.lights[0], scene.lights[1]}, {}, {}});
-    expect_same(load(folder / "b.glb"), scene);
+    write_gltf(file, scene.hash, folder / "b.glb", {{}, {scene.lights[0], scene.lights[1]}, {}, {}});
+    expect_same(gltf::load(folder / "b.glb"), scene);
   }
 }
 
@@ -221,24 +222,24 @@ std::string write_loose(const sample::Folder& folder) {
   return folder.write("loose.gltf", f.root.dump());
 }
 
-TEST(Save, a_glb_holds_what_a_gltf_only_names) {
+TEST(GltfFile, a_glb_holds_what_a_gltf_only_names) {
   const sample::Folder folder, other;
   const std::string file = write_loose(folder);
-  const scene::Scene scene = load(file);
+  const scene::Scene scene = gltf::load(file);
   ASSERT_EQ(scene.bitmaps.size(), 1u);
-  save(file, scene.hash, other / "packed.glb", {});
-  expect_same(load(other / "packed.glb"), scene);
-  save(file, scene.hash, folder / "beside.gltf", {});
+  write_gltf(file, scene.hash, other / "packed.glb", {});
+  expect_same(gltf::load(other / "packed.glb"), scene);
+  write_gltf(file, scene.hash, folder / "beside.gltf", {});
   EXPECT_EQ(json_of(folder / "beside.gltf"), json_of(file));
 }
 
-TEST(Save, refuses_in_one_line_what_cannot_be) {
+TEST(GltfFile, refuses_in_one_line_what_cannot_be) {
   const sample::Folder folder, other;
   const std::string file = write_loose(folder);
-  const std::string hash = load(file).hash;
+  const std::string hash = gltf::load(file).hash;
   const auto complaint = [&](const std::string& target, const std::string& known_hash) -> std::string {
     try {
-      save(file, known_hash, target, {});
+      write_gltf(file, known_hash, target, {});
     } catch (const base::Error& error) {
       return error.what();
     }
@@ -252,7 +253,7 @@ TEST(Save, refuses_in_one_line_what_cannot_be) {
   EXPECT_EQ(complaint(folder / "b.glb", hash), "");
 }
 
-TEST(Save, any_colour_of_any_brightness_reads_back) {
+TEST(GltfFile, any_colour_of_any_brightness_reads_back) {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> unit(0, 1), exponent(-30, 30);
   sample::File f = sample::triangle();
@@ -260,7 +261,7 @@ TEST(Save, any_colour_of_any_brightness_reads_back) {
   for (int i = 0; i < 1000; ++i) f.root["materials"].push_back({{"name", "m"}});
   const sample::Folder folder;
   const std::string file = folder.write("a.glb", f.to_glb());
-  scene::Scene scene = load(file);
+  scene::Scene scene = gltf::load(file);
   Edits edits;
   for (size_t i = 0; i < 1000; ++i) {
     scene::Material& m = scene.materials[i];
@@ -268,9 +269,9 @@ TEST(Save, any_colour_of_any_brightness_reads_back) {
     m.emission = Vec3(x, y, z) * std::exp2(exponent(random));
     edits.materials.push_back({i, {}, m});
   }
-  save(file, scene.hash, folder / "b.glb", edits);
-  expect_same(load(folder / "b.glb"), scene);
+  write_gltf(file, scene.hash, folder / "b.glb", edits);
+  expect_same(gltf::load(folder / "b.glb"), scene);
 }
 
 }  // namespace
-}  // namespace gltf
+}  // namespace view

@@ -1,9 +1,9 @@
-#include "gltf/edit.h"
+#include "view/gltf_editor.h"
 
 #include <charconv>
 #include <cmath>
 
-namespace gltf {
+namespace view {
 
 namespace {
 
@@ -71,10 +71,11 @@ Json decimal(float value) {
   return json.get<float>() == value ? json : Json(static_cast<double>(value));
 }
 
-Editor::Editor(Json& root, const Document& document, PunctualUnits units) : root_(root), document_(document) {
-  const bool guess = units == PunctualUnits::automatic;
+Editor::Editor(Json& root, const gltf::Document& document, gltf::PunctualUnits units)
+    : root_(root), document_(document) {
+  const bool guess = units == gltf::PunctualUnits::automatic;
   const bool candela = guess ? root["asset"].value("generator", "").find("Blender") != std::string::npos
-                             : units == PunctualUnits::candela;
+                             : units == gltf::PunctualUnits::candela;
   lumens_per_watt_ = candela ? 683 : 1;
 }
 
@@ -238,4 +239,4 @@ DMat4 Editor::to_world(size_t node) const {
   return m;
 }
 
-}  // namespace gltf
+}  // namespace view

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "gltf/guard.h"
-#include "gltf/save.h"
+#include "view/gltf_file.h"
 
-namespace gltf {
+namespace view {
 
 // The shortest decimal that reads back as this float.
 nlohmann::ordered_json decimal(float value);
@@ -18,7 +18,7 @@ class Editor {
   using Json = nlohmann::ordered_json;
 
   // Edits `root`, the JSON as it stands in the file; `document` is the same, guarded.
-  Editor(Json& root, const Document& document, PunctualUnits units);
+  Editor(Json& root, const gltf::Document& document, gltf::PunctualUnits units);
 
   void write(const MaterialEdit& edit);
   void write(const scene::Light& light);
@@ -33,8 +33,8 @@ class Editor {
   math::DMat4 to_world(size_t node) const;
 
   Json& root_;
-  const Document& document_;
+  const gltf::Document& document_;
   double lumens_per_watt_;  // by which the loader divides
 };
 
-}  // namespace gltf
+}  // namespace view

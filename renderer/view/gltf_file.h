@@ -1,5 +1,5 @@
 // An edited scene back into glTF: the file it came from with the edited values in it, everything else kept.
-// load() of the result gives the edited values bit by bit.
+// gltf::load() of the result gives the edited values bit by bit.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 #include "gltf/load.h"
 
-namespace gltf {
+namespace view {
 
 struct MaterialEdit {
   size_t index = 0;  // into Scene::materials
@@ -17,7 +17,7 @@ struct MaterialEdit {
 
 struct CameraEdit {  // becomes a camera of a node of its own, the last of the scene
   scene::Camera camera;
-  math::DMat4 to_world{1.0};  // of which camera_frame() is camera.to_world
+  math::DMat4 to_world{1.0};  // of which gltf::camera_frame() is camera.to_world
 };
 
 struct EnvironmentEdit {
@@ -39,7 +39,7 @@ struct Edits {
 // only approximates an edited parameter (KHR_materials_specular, _ior, _sheen, _anisotropy) is taken out.
 // `options`: with which it was loaded. `hash`: the scene's, so that a file which changed since it was loaded
 // is noticed. Throws base::Error.
-void save(const std::string& original, const std::string& hash, const std::string& target, const Edits& edits,
-          const Options& options = {});
+void write_gltf(const std::string& original, const std::string& hash, const std::string& target,
+                const Edits& edits, const gltf::Options& options = {});
 
-}  // namespace gltf
+}  // namespace view

@@ -1,20 +1,21 @@
-#include "gltf/save.h"
+#include "view/gltf_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
-#include "gltf/edit.h"
 #include "gltf/guard.h"
 #include "image/exr.h"
 #include "image/file.h"
+#include "view/gltf_editor.h"
 
-namespace gltf {
+namespace view {
 namespace fs = std::filesystem;
 
 namespace {
 
 using Json = nlohmann::ordered_json;
+using gltf::Bytes, gltf::Document, gltf::Span;
 
 bool is_glb(const Bytes& bytes) {
   return bytes.size() >= 20 && std::equal(bytes.begin(), bytes.begin() + 4, "glTF");
@@ -129,8 +130,8 @@ void write_environment(Json& extras, const EnvironmentEdit& edit, const fs::path
 
 }  // namespace
 
-void save(const std::string& original, const std::string& hash, const std::string& target, const Edits& edits,
-          const Options& options) {
+void write_gltf(const std::string& original, const std::string& hash, const std::string& target,
+                const Edits& edits, const gltf::Options& options) {
   const fs::path path = target;
   const std::string extension = image::lower_extension(target);
   if (extension != ".gltf" && extension != ".glb")
@@ -139,8 +140,8 @@ void save(const std::string& original, const std::string& hash, const std::strin
   if (fs::equivalent(original, target, none))
     base::fail(target, ": wanted another file than the scene it was read from");
   std::vector<std::string> lines;
-  Warnings warnings(lines);
-  const Document document = guard(original, options.limits, warnings);
+  gltf::Warnings warnings(lines);
+  const Document document = gltf::guard(original, options.limits, warnings);
   if (document.hash != hash) base::fail(original, ": it has changed since it was loaded");
 
   Json root = read_json(document);
@@ -156,7 +157,7 @@ void save(const std::string& original, const std::string& hash, const std::strin
   } else if (moved && !document.environment.empty()) {
     const std::string name =
         path.stem().string() + ".environment" + image::lower_extension(document.environment);
-    const Bytes bytes = read_file(document, document.environment, "environment");
+    const Bytes bytes = gltf::read_file(document, document.environment, "environment");
     write((path.parent_path() / name).string(), {bytes.begin(), bytes.end()});
     editor.extras()["environment"] = to_uri(name);
   }
@@ -178,4 +179,4 @@ void save(const std::string& original, const std::string& hash, const std::strin
   write(target, root.dump(1) + "\n");
 }
 
-}  // namespace gltf
+}  // namespace view
