@@ -40,6 +40,12 @@ Scaled scaled(const Vec3& v, double least) {
   return {scale, factors};
 }
 
+// The angle with this cosine, unless the one there, or the default, has it already.
+void write_angle(Json& spot, const char* key, double standard, float cosine) {
+  if (static_cast<float>(std::cos(spot.value(key, standard))) != cosine)
+    spot[key] = std::acos(static_cast<double>(cosine));
+}
+
 // A node's own transform; the guard has checked the shapes.
 DMat4 local_matrix(const Json& node) {
   DMat4 m(1);
@@ -187,6 +193,11 @@ void Editor::write(const scene::Light& light) {
   const auto [intensity, color] = scaled(light.intensity, 0);
   definitions[definition]["color"] = color;
   definitions[definition]["intensity"] = intensity * lumens_per_watt_;
+  if (light.kind == scene::LightKind::spot) {
+    Json& spot = member(definitions[definition], "spot");
+    write_angle(spot, "innerConeAngle", 0, light.cos_inner);
+    write_angle(spot, "outerConeAngle", std::acos(-1.) / 4, light.cos_outer);
+  }
 
   // A light that moved goes into a node of its own, the first child of the old one: their order stays.
   const DMat4 world = to_world(node);

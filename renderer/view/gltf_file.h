@@ -28,7 +28,7 @@ struct EnvironmentEdit {
 
 struct Edits {
   std::vector<MaterialEdit> materials;
-  std::vector<scene::Light> lights;  // by their `node`: intensity and position are written
+  std::vector<scene::Light> lights;  // by their `node`: intensity, position and a spot's cones are written
   std::optional<CameraEdit> camera;
   std::optional<EnvironmentEdit> environment;
 };

@@ -65,6 +65,11 @@ Edits random_edits(scene::Scene& scene, std::mt19937& random) {
     light.intensity = colour(1000);
     const float x = u(), y = u(), z = u();
     light.position += Vec3(x, y, z);
+    if (light.kind == scene::LightKind::spot) {
+      const float angle = u();
+      light.cos_outer = std::cos(angle + .1f);
+      light.cos_inner = std::cos(angle);
+    }
     edits.lights.push_back(light);
   }
   CameraEdit& camera = edits.camera.emplace();
@@ -206,6 +211,34 @@ TEST(GltfFile, a_light_under_a_turned_and_scaled_parent_goes_where_it_was_put_in
     write_gltf(file, scene.hash, folder / "b.glb", {{}, {scene.lights[0], scene.lights[1]}, {}, {}});
     expect_same(gltf::load(folder / "b.glb"), scene);
   }
+}
+
+// Cosines of every size, also those whose angle is 0 or a right one; what stays is not written.
+TEST(GltfFile, the_cones_of_a_spot_read_back_bit_by_bit) {
+  sample::File f = sample::triangle();
+  f.root["extensions"] = json::parse(
+      R"({"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {"innerConeAngle": 0.3, "mine": 1}}]}})");
+  f.root["nodes"] = json::parse(R"([{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}])");
+  const sample::Folder folder;
+  const std::string file = folder.write("a.glb", f.to_glb());
+  scene::Scene scene = gltf::load(file);
+  ASSERT_EQ(scene.lights.size(), 1u);
+  scene::Light& light = scene.lights[0];
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (int i = 0; i < 200; ++i) {
+    light.cos_inner = i == 0 ? 1 : 1 - std::pow(unit(random), 8.f);
+    light.cos_outer =
+        i == 0 ? static_cast<float>(std::cos(std::acos(-1.) / 2)) : light.cos_inner * unit(random);
+    if (light.cos_outer >= light.cos_inner) continue;
+    write_gltf(file, scene.hash, folder / "b.glb", {{}, {light}, {}, {}});
+    ASSERT_EQ(gltf::load(folder / "b.glb").lights[0], light) << light.cos_inner << ' ' << light.cos_outer;
+  }
+  light = gltf::load(file).lights[0];
+  light.intensity = Vec3(.5f);
+  write_gltf(file, scene.hash, folder / "c.glb", {{}, {light}, {}, {}});
+  EXPECT_EQ(json_of(folder / "c.glb")["extensions"]["KHR_lights_punctual"]["lights"][0]["spot"],
+            json::parse(R"({"innerConeAngle": 0.3, "mine": 1})"));
 }
 
 // A .gltf that names a buffer and an image.

@@ -72,6 +72,19 @@ void draw_lights(Viewer& v) {
     changed |= ImGui::ColorEdit3("colour", &hue.x, ImGuiColorEditFlags_Float);
     if (changed) light.intensity = hue * std::max(strength, 0.f);
     if (light.kind != scene::LightKind::directional) ImGui::DragFloat3("position", &light.position.x, .02f);
+    if (light.kind == scene::LightKind::spot) {
+      // In degrees, the edge always outside: no light has cones the other way round.
+      const float degree = math::pi / 180;
+      float inner = std::acos(light.cos_inner) / degree, outer = std::acos(light.cos_outer) / degree;
+      if (slider(v, "inner angle", inner, 0, 89.5f, "%.1f degrees")) {
+        light.cos_inner = std::cos(inner * degree);
+        light.cos_outer = std::min(light.cos_outer, std::cos((inner + .5f) * degree));
+      }
+      if (slider(v, "outer angle", outer, .5f, 90, "%.1f degrees")) {
+        light.cos_outer = std::cos(std::min(outer * degree, math::pi / 2));
+        light.cos_inner = std::max(light.cos_inner, std::cos((outer - .5f) * degree));
+      }
+    }
     ImGui::PopID();
   }
 }

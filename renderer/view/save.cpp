@@ -74,10 +74,11 @@ SavedScene save_scene(const Original& original, const State& state, const std::s
     want(material == read.materials[i], "materials");
   }
   want(read.lights.size() == state.lights.size(), "lights");
-  for (size_t i = 0; i < read.lights.size(); ++i)
-    want(read.lights[i].intensity == state.lights[i].intensity &&
-             read.lights[i].position == state.lights[i].position,
-         "lights");
+  for (size_t i = 0; i < read.lights.size(); ++i) {
+    scene::Light light = state.lights[i];
+    light.node = read.lights[i].node;
+    want(light == read.lights[i], "lights");
+  }
   want(!edits.camera || read.cameras.back() == edits.camera->camera, "camera");
   if (state.sky) want(read.environment && read.environment->strength == state.sky->strength, "environment");
   return {file, read.hash, state};

@@ -99,6 +99,16 @@ TEST_F(Saving, an_edited_scene_goes_with_the_picture_and_makes_it_again) {
   expect_same_file(session, s, "c.exr");
 }
 
+TEST_F(Saving, a_spot_with_other_cones_makes_the_same_picture_again) {
+  Session session(options("punctual.glb"));
+  State s = session.original().state;
+  for (scene::Light& light : s.lights)
+    if (light.kind == scene::LightKind::spot)
+      light.cos_inner = std::cos(.2f), light.cos_outer = std::cos(1.1f);
+  ASSERT_NE(s.lights, session.original().state.lights);
+  expect_same_file(session, s, "a.exr");
+}
+
 TEST_F(Saving, options_for_light_stay_options_until_the_sky_is_edited) {
   Session session(options("textures.glb", {"--environment", ASSAY_SOURCE_DIR "/regression/scenes/sky.hdr"}));
   State s = session.original().state;

@@ -93,6 +93,22 @@ TEST(Session, after_every_kind_of_edit_the_picture_is_that_of_a_new_renderer) {
   s.materials[1].alpha_mode = scene::AlphaMode::blend, s.materials[1].alpha = .5f, expect("transparent");
 }
 
+TEST(Session, edits_of_lamps_and_of_a_spots_cones_make_new_lights) {
+  Session session(options("punctual.glb", {"--width", "48", "--height", "36", "--spp", "8"}));
+  State s = session.original().state;
+  const auto spot = std::find_if(s.lights.begin(), s.lights.end(), [](const scene::Light& light) {
+    return light.kind == scene::LightKind::spot;
+  });
+  ASSERT_NE(spot, s.lights.end());
+  ASSERT_TRUE(session.wait(1, 1, 3));
+  spot->cos_outer = std::cos(.9f), expect_as_fresh(session, s, "a wider spot");
+  spot->cos_inner = std::cos(.85f), expect_as_fresh(session, s, "a sharper edge");
+  spot->intensity *= 3.f, expect_as_fresh(session, s, "a brighter spot");
+  for (scene::Light& light : s.lights)
+    if (light.kind == scene::LightKind::directional) light.intensity = Vec3(0);
+  expect_as_fresh(session, s, "no sun");
+}
+
 TEST(Session, the_camera_menu_switches_the_rendered_camera) {
   Session session(small());
   ASSERT_EQ(session.original().cameras.size(), 2u);
