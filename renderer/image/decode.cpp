@@ -1,90 +1,15 @@
 #include "image/decode.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string_view>
 
+#include "image/guard.h"
 #include "image/oiio.h"
 
 namespace image {
 
 namespace {
-
-using Bytes = std::span<const std::uint8_t>;
-
-unsigned big_endian(Bytes bytes, std::size_t at, int count) {
-  unsigned value = 0;
-  for (int i = 0; i < count; ++i) value = value << 8 | bytes[at + static_cast<std::size_t>(i)];
-  return value;
-}
-
-void check_size(const std::string& what, std::int64_t width, std::int64_t height, const Limits& limits) {
-  if (width < 1 || height < 1 || width > limits.side || height > limits.side ||
-      width * height > limits.pixels)
-    base::fail(what, ": header: wanted a size of at most ", limits.side, " x ", limits.side, " and ",
-               limits.pixels, " pixels (see --max-memory), found ", width, " x ", height);
-}
-
-// Walks the chunks and checks their sums, so that a truncated, damaged or lying PNG is known before an
-// allocation is made or libpng sees it (which would print a message of its own).
-void check_png(Bytes bytes, const std::string& what, const Limits& limits) {
-  const auto fail_at = [&](std::size_t at, const char* wanted) {
-    base::fail(what, ": byte ", at, " of the PNG: wanted ", wanted,
-               ", found the end of the data or a wrong checksum");
-  };
-  constexpr std::size_t first_chunk = 8, header_size = 25;
-  if (bytes.size() < first_chunk + header_size || big_endian(bytes, 8, 4) != 13 ||
-      big_endian(bytes, 12, 4) != 0x49484452)
-    fail_at(first_chunk, "an IHDR chunk");
-  const std::int64_t width = big_endian(bytes, 16, 4), height = big_endian(bytes, 20, 4);
-  check_size(what, width, height, limits);
-
-  std::int64_t compressed = 0;
-  for (std::size_t at = first_chunk;;) {
-    if (bytes.size() - at < 12) fail_at(at, "a chunk");
-    const std::size_t length = big_endian(bytes, at, 4);
-    const unsigned kind = big_endian(bytes, at + 4, 4);
-    if (bytes.size() - at - 12 < length) fail_at(at, "a whole chunk");
-    if (crc32_z(0, &bytes[at + 4], length + 4) != big_endian(bytes, at + 8 + length, 4))
-      fail_at(at, "an undamaged chunk");
-    if (kind == 0x49444154) compressed += static_cast<std::int64_t>(length);  // IDAT
-    if (kind == 0x49454e44) break;                                            // IEND
-    at += 12 + length;
-  }
-  // zlib never compresses better than 1032 to 1.
-  const std::int64_t channels_of[7] = {1, 1, 3, 1, 2, 1, 4};
-  const std::int64_t bits = bytes[24] * channels_of[std::min<int>(bytes[25], 6)];
-  if (width * bits / 8 * height > compressed * 1032 + 1032)
-    base::fail(what, ": wanted data for ", width, " x ", height, " pixels, found only ", compressed,
-               " bytes of it");
-}
-
-// Walks the segments up to the frame header, for the size and the number of components.
-void check_jpeg(Bytes bytes, const std::string& what, const Limits& limits) {
-  for (std::size_t at = 2; at + 9 < bytes.size() && bytes[at] == 0xff;) {
-    const int marker = bytes[at + 1];
-    const bool is_frame =
-        marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (marker == 0xff) {  // fill byte
-      ++at;
-      continue;
-    }
-    if (!is_frame) {
-      at += 2 + big_endian(bytes, at + 2, 2);
-      continue;
-    }
-    check_size(what, big_endian(bytes, at + 7, 2), big_endian(bytes, at + 5, 2), limits);
-    const int components = bytes[at + 9];
-    if (components != 1 && components != 3)
-      base::fail(what, ": wanted a grey or RGB JPEG, found one of ", components, " components",
-                 components == 4 ? " (CMYK)" : "");
-    return;
-  }
-  base::fail(what, ": wanted a JPEG frame header, found none");
-}
 
 // The name of a format that is not read, for the message.
 std::string name_of_format(Bytes bytes) {
