@@ -67,14 +67,15 @@ TEST(Geometry, a_coarse_smooth_ball_of_metal_has_no_black_pixels) {
     s.instances = {{0}};
     s.environment = constant(1);
     s.cameras = {analytic::camera_at({0, .3f, 4}, .55f)};
-    const Settings t = settings(64, 64);
+    constexpr int size = 192;  // where facets turn away, normals that lean back are a pixel wide
+    const Settings t = settings(size, 8);
     const integrator::Renderer renderer(s, t);
     const image::Image albedo = renderer.first_hit(Shader::albedo);
     const Picture p = render(s, t);
     double sum = 0;
     int inside = 0;
-    for (int y = 1; y < 63; ++y)
-      for (int x = 1; x < 63; ++x) {
+    for (int y = 1; y < size - 1; ++y)
+      for (int x = 1; x < size - 1; ++x) {
         bool whole = true;
         for (const auto& [i, j] : {std::pair{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}})
           whole = whole && albedo.at(x + i, y + j).x > 0;
@@ -84,7 +85,7 @@ TEST(Geometry, a_coarse_smooth_ball_of_metal_has_no_black_pixels) {
         ++inside;
       }
     means[segments == 200] = sum / inside;
-    EXPECT_GT(inside, 1000);
+    EXPECT_GT(inside, 9000);
   }
   EXPECT_GT(darkest, .5);
   EXPECT_NEAR(means[0] / means[1], 1, .02);
@@ -114,7 +115,7 @@ TEST(Geometry, the_terminator_of_a_coarse_ball_steps_as_much_as_documented) {
       const double cosine = -math::dot(normals.at(x, y), sun.direction);
       if (cosine > .02 && cosine < .25) worst = std::max(worst, std::fabs(cosine - p.at(x, y).x));
     }
-  EXPECT_LT(worst, .25);
+  EXPECT_LT(worst, .12);
   EXPECT_GT(worst, .02) << "corrected? then claim it, and gate at .1";
   measured("up to ", worst, " of the irradiance missing where the cosine is .02 to .25; not corrected");
 }
