@@ -207,6 +207,7 @@ size_t Options::index(const std::string& name) const {
   return static_cast<size_t>(std::find(names.begin(), names.end(), text(name)) - names.begin());
 }
 
+const std::string& help_of(const std::string& option) { return find(option)->help; }
 const Words& choices_of(const std::string& option) { return find(option)->names; }
 
 Words option_names() {

@@ -53,6 +53,8 @@ nlohmann::json decisive(const Options& options);
 std::string command(const Options& options, bool with_folders);
 
 std::vector<std::string> option_names();
+// What --help says of an option.
+const std::string& help_of(const std::string& option);
 // The names that an option chooses from, in the order of the program's enumerations.
 const std::vector<std::string>& choices_of(const std::string& option);
 

@@ -48,6 +48,14 @@ void move_camera(Viewer& v, const Rectangle& place) {
   if (right != 0 || up != 0 || forward != 0) v.free_camera().fly(right * step, up * step, forward * step);
 }
 
+// A name and numbers, one under the other.
+template <typename... Values>
+void row(const char* name, const char* format, Values... values) {
+  ImGui::TextDisabled("%s", name);
+  ImGui::SameLine(6 * ImGui::GetFontSize());
+  ImGui::Text(format, values...);
+}
+
 // The pixel under the mouse, large, with its neighbours and numbers.
 void inspect(Viewer& v, const Rectangle& canvas) {
   const Frame& frame = *v.frame;
@@ -68,20 +76,19 @@ void inspect(Viewer& v, const Rectangle& canvas) {
   };
   magnify(v.texture, px, py);
   const math::Vec3 mean = frame.mean.at(px, py);
-  ImGui::Text("pixel %d, %d", v.hover_x, v.hover_y);
-  ImGui::Text("radiance  %.5g  %.5g  %.5g", mean.x, mean.y, mean.z);
+  row("pixel", "%d, %d", v.hover_x, v.hover_y);
+  row("radiance", "%.5g  %.5g  %.5g", mean.x, mean.y, mean.z);
   if (frame.variance.width > 0) {
     const math::Vec3 variance = frame.variance.at(px, py);
-    ImGui::Text("std.error %.2g  %.2g  %.2g", std::sqrt(variance.x), std::sqrt(variance.y),
-                std::sqrt(variance.z));
-    ImGui::Text("          %.2f %% of the mean", 100 * relative_error(mean, variance));
+    row("error", "%.2g  %.2g  %.2g", std::sqrt(variance.x), std::sqrt(variance.y), std::sqrt(variance.z));
+    row("", "%.2f %% of the mean", 100 * relative_error(mean, variance));
   }
   if (v.reference.width > 0) {
     const int rx = (2 * v.hover_x + 1) * v.reference.width / (2 * v.state.width());
     const int ry = (2 * v.hover_y + 1) * v.reference.height / (2 * v.state.height());
     const math::Vec3 r = v.reference.at(rx, ry);
-    ImGui::Text("reference %.5g  %.5g  %.5g", r.x, r.y, r.z);
-    ImGui::Text("          differs by %.2f %%", 100 * relative_difference(mean, r));
+    row("reference", "%.5g  %.5g  %.5g", r.x, r.y, r.z);
+    row("", "differs by %.2f %%", 100 * relative_difference(mean, r));
   }
   const float u = (static_cast<float>(v.hover_x) + .5f) / static_cast<float>(v.state.width());
   const float w = (static_cast<float>(v.hover_y) + .5f) / static_cast<float>(v.state.height());
@@ -90,12 +97,12 @@ void inspect(Viewer& v, const Rectangle& canvas) {
     const bsdf::Parameters& q = p->material;
     ImGui::Separator();
     ImGui::Text("%s (instance %d, triangle %d)", m.name.c_str(), p->instance, p->triangle);
-    ImGui::Text("position  %.4g  %.4g  %.4g", p->position.x, p->position.y, p->position.z);
-    ImGui::Text("distance  %.4g m", p->distance);
-    ImGui::Text("normal    %.3f  %.3f  %.3f", p->normal.x, p->normal.y, p->normal.z);
-    ImGui::Text("texcoord  %.4f  %.4f", p->texcoord.x, p->texcoord.y);
-    ImGui::Text("textured  %.3f  %.3f  %.3f", q.base_color.x, q.base_color.y, q.base_color.z);
-    ImGui::Text("          metallic %.3f, roughness %.3f", q.metallic, q.roughness);
+    row("position", "%.4g  %.4g  %.4g", p->position.x, p->position.y, p->position.z);
+    row("distance", "%.4g m", p->distance);
+    row("normal", "%.3f  %.3f  %.3f", p->normal.x, p->normal.y, p->normal.z);
+    row("texcoord", "%.4f  %.4f", p->texcoord.x, p->texcoord.y);
+    row("textured", "%.3f  %.3f  %.3f", q.base_color.x, q.base_color.y, q.base_color.z);
+    row("", "metallic %.3f, roughness %.3f", q.metallic, q.roughness);
   }
   ImGui::EndTooltip();
 }

@@ -25,7 +25,8 @@ const char* const help_text =
     "  middle drag    shift                                 click               choose that material\n"
     "  rest the mouse on a pixel: its numbers, magnified, with what is seen there\n"
     "  mouse 'fly':   left drag looks around; W A S D Q E move, faster with shift\n"
-    "  ctrl-click a slider to type a number\n"
+    "  ctrl-click a slider to type a number, right-click it for the file's value; rest on it: what it does\n"
+    "  ctrl-Z undoes edits\n"
     "\n"
     "Every edit restarts the picture: first small, then finer, then sample after sample up to --spp (4096).\n"
     "'save image' waits until all replicates have the same number of samples; the .exr is then, byte for "
@@ -109,7 +110,7 @@ void run_window(app::Options options, const Arguments& arguments) {
     trace.begin_frame(x, y);
     viewer.update();
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const float column = 380;
+    const float column = 400 * window.scale();
     view::draw_canvas(viewer, 0, 0, std::max(size.x - column, 50.f), size.y);
     view::draw_panels(viewer, std::max(size.x - column, 50.f), 0, column, size.y);
     window.end_frame();

@@ -6,6 +6,38 @@
 
 namespace view {
 
+namespace {
+
+struct Parameter {
+  const char* name;
+  float scene::Material::*member;
+  const char* help;
+};
+using scene::Material;
+const Parameter parameters[] = {
+    {"metallic", &Material::metallic,
+     "0: a dielectric, diffuse with a white gloss. 1: a metal, no diffuse light, reflection in the base "
+     "colour."},
+    {"roughness", &Material::roughness,
+     "Width of the reflection: 0 a mirror, 1 dull. The microfacets' alpha is its square."},
+    {"specular", &Material::specular,
+     "Strength of a dielectric's reflection: 8 % at normal incidence for 1; .5 is an index of refraction of "
+     "1.5. "
+     "Nothing on a metal."},
+    {"specular tint", &Material::specular_tint,
+     "Hue of that reflection: 0 white, 1 that of the base colour."},
+    {"anisotropic", &Material::anisotropic,
+     "Stretches the highlight along the surface's tangent: 0 round, 1 longest."},
+    {"anisotropic rotation", &Material::anisotropic_rotation,
+     "Turns that tangent about the normal: 1 is a whole turn, .25 exchanges along and across."},
+    {"sheen", &Material::sheen, "Extra light at grazing angles, as of cloth. Nothing on a metal."},
+    {"sheen tint", &Material::sheen_tint, "Hue of the sheen: 0 white, 1 that of the base colour."},
+    {"clearcoat", &Material::clearcoat,
+     "A second, colourless layer of varnish on top; 1 is a quarter of a full layer of index 1.5."},
+    {"clearcoat roughness", &Material::clearcoat_roughness, "Width of the coat's highlight: 0 sharp."}};
+
+}  // namespace
+
 void draw_material(Viewer& v) {
   if (!section(v, "Material")) return;
   std::vector<std::string> names;
@@ -13,33 +45,29 @@ void draw_material(Viewer& v) {
   if (names.empty()) return;
   menu(v, "material", names, v.material);
   scene::Material& m = v.state.materials[static_cast<size_t>(v.material)];
-  colour(v, "base colour", m.base_color);
-  const std::pair<const char*, float scene::Material::*> parameters[] = {
-      {"metallic", &scene::Material::metallic},
-      {"roughness", &scene::Material::roughness},
-      {"specular", &scene::Material::specular},
-      {"specular tint", &scene::Material::specular_tint},
-      {"anisotropic", &scene::Material::anisotropic},
-      {"anisotropic rotation", &scene::Material::anisotropic_rotation},
-      {"sheen", &scene::Material::sheen},
-      {"sheen tint", &scene::Material::sheen_tint},
-      {"clearcoat", &scene::Material::clearcoat},
-      {"clearcoat roughness", &scene::Material::clearcoat_roughness}};
-  for (const auto& [name, member] : parameters) slider(v, name, m.*member, 0, 1);
+  colour(v, "base colour", m.base_color, false,
+         "Colour of the diffuse light, or of a metal's reflection; multiplies the texture.");
+  const scene::Material& before = v.session.original().state.materials[static_cast<size_t>(v.material)];
+  for (const Parameter& p : parameters)
+    slider(v, p.name, m.*p.member, 0, 1, "%.3f", 0, p.help, &(before.*p.member));
   // Disney's gloss g: roughness^2 = mix(.1, .001, g).
   float gloss = math::saturate((.1f - m.clearcoat_roughness * m.clearcoat_roughness) / .099f);
-  if (slider(v, "clearcoat gloss", gloss, 0, 1))
+  if (slider(v, "clearcoat gloss", gloss, 0, 1, "%.3f", 0,
+             "The coat's roughness as Burley's gloss: 1 is sharp. Another way to say clearcoat roughness."))
     m.clearcoat_roughness = std::sqrt(math::mix(.1f, .001f, gloss));
-  colour(v, "emission", m.emission, true);
+  colour(v, "emission", m.emission, true,
+         "Radiance the surface sends out, W/(sr m²); multiplies the texture.");
   int alpha_mode = static_cast<int>(m.alpha_mode);
-  if (menu(v, "alpha", {"opaque", "mask", "blend"}, alpha_mode))
+  if (menu(v, "alpha", {"opaque", "mask", "blend"}, alpha_mode,
+           "opaque: no holes. mask: a hole where the opacity is below the cutoff. blend: as much light goes "
+           "straight through as the opacity leaves."))
     m.alpha_mode = static_cast<scene::AlphaMode>(alpha_mode);
   if (m.alpha_mode != scene::AlphaMode::opaque) slider(v, "opacity", m.alpha, 0, 1);
   if (m.alpha_mode == scene::AlphaMode::mask) slider(v, "cutoff", m.alpha_cutoff, 0, 1);
   if (m.normal_texture.bitmap >= 0) slider(v, "normal scale", m.normal_scale, 0, 4);
-  checkbox(v, "double-sided", m.double_sided);
+  checkbox(v, "double-sided", m.double_sided, "Off: the back lets every ray through, as glTF asks for.");
   ImGui::SameLine();
-  if (button(v, "as in the file")) m = v.session.original().state.materials[static_cast<size_t>(v.material)];
+  if (button(v, "as in the file", "All of this material's values as they were loaded.")) m = before;
   for (const scene::Texture* t :
        {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture}) {
     if (t->bitmap < 0) continue;
@@ -51,18 +79,20 @@ void draw_material(Viewer& v) {
     ImGui::Text("%s x %s", role, v.session.bitmaps()[static_cast<size_t>(t->bitmap)].name.c_str());
     ImGui::SameLine();
     if (ImGui::SmallButton("show")) v.bitmap = t->bitmap, v.show_textures = true;
+    v.trace.item(std::string("show ") + role);
     ImGui::PopID();
   }
 }
 
 void draw_lights(Viewer& v) {
   if (v.state.lights.empty() || !section(v, "Lights")) return;
-  static const char* const kinds[] = {"directional, W/m2", "point, W/sr", "spot, W/sr"};
+  static const char* const kinds[] = {"directional (W/m²)", "point (W/sr)", "spot (W/sr)"};
   for (size_t i = 0; i < v.state.lights.size(); ++i) {
     scene::Light& light = v.state.lights[i];
     ImGui::PushID(static_cast<int>(i));
     const std::string number = std::to_string(i);
-    ImGui::Text("%s %s: %s", number.c_str(), light.name.c_str(), kinds[static_cast<int>(light.kind)]);
+    ImGui::Text("%s%s%s", kinds[static_cast<int>(light.kind)], light.name.empty() ? "" : ": ",
+                light.name.c_str());
     // Strength and hue; black keeps the hue it had in the file.
     float strength = math::max_component(light.intensity);
     math::Vec3 hue = strength > 0 ? light.intensity / strength : math::Vec3(1);
@@ -76,11 +106,11 @@ void draw_lights(Viewer& v) {
       // In degrees, the edge always outside: no light has cones the other way round.
       const float degree = math::pi / 180;
       float inner = std::acos(light.cos_inner) / degree, outer = std::acos(light.cos_outer) / degree;
-      if (slider(v, "inner angle", inner, 0, 89.5f, "%.1f degrees")) {
+      if (slider(v, "inner angle", inner, 0, 89.5f, "%.1f°", 0, "From the axis: full light inside.")) {
         light.cos_inner = std::cos(inner * degree);
         light.cos_outer = std::min(light.cos_outer, std::cos((inner + .5f) * degree));
       }
-      if (slider(v, "outer angle", outer, .5f, 90, "%.1f degrees")) {
+      if (slider(v, "outer angle", outer, .5f, 90, "%.1f°", 0, "From the axis: no light outside.")) {
         light.cos_outer = std::cos(std::min(outer * degree, math::pi / 2));
         light.cos_inner = std::max(light.cos_inner, std::cos((outer - .5f) * degree));
       }
@@ -110,12 +140,13 @@ void draw_environment(Viewer& v) {
       }
     } else {
       ImGui::Text("%s, %d x %d", sky->map->name.c_str(), sky->map->width, sky->map->height);
-      changed |= slider(v, "rotation", sky->rotation_degrees, -180, 180, "%.1f degrees");
+      changed |= slider(v, "rotation", sky->rotation_degrees, -180, 180, "%.1f°");
     }
     if (changed) v.state.sky = sky;
     if (v.state.sky && button(v, "the scene's own")) v.state.sky.reset();
   }
   ImGui::InputText("##environment", &v.environment_file);
+  v.trace.item("environment file");
   ImGui::SameLine();
   if (button(v, "load map")) v.load_environment(v.environment_file);
 }

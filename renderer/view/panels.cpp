@@ -23,10 +23,11 @@ void set(Viewer& v, const std::string& option, const nlohmann::json& value) {
   }
 }
 
-void choose(Viewer& v, const char* option) {
+void choose(Viewer& v, const char* option, const std::vector<std::string>& helps = {}) {
   int index = static_cast<int>(v.state.options.index(option));
   const auto& names = app::choices_of(option);
-  if (menu(v, option, names, index)) set(v, option, names[static_cast<size_t>(index)]);
+  if (menu(v, option, names, index, app::help_of(option), helps))
+    set(v, option, names[static_cast<size_t>(index)]);
 }
 
 void integer(Viewer& v, const char* option, int step) {
@@ -34,6 +35,7 @@ void integer(Viewer& v, const char* option, int step) {
   if (ImGui::InputInt(option, &value, step, 10 * step, ImGuiInputTextFlags_EnterReturnsTrue))
     set(v, option, value);
   v.trace.item(option);
+  explain(v, app::help_of(option));
 }
 
 void status(Viewer& v) {
@@ -51,36 +53,57 @@ void status(Viewer& v) {
     ImGui::Text("%d of %d samples, %s, %s", f.samples, wanted, app::speed(f.rays, f.seconds).c_str(),
                 app::duration(f.seconds).c_str());
   if (v.median_error >= 0)
-    ImGui::Text("standard error: %.2f %% in half of the pixels", 100 * v.median_error);
+    ImGui::Text("standard error %.2g %% (median pixel)", 100 * v.median_error);
   else
-    ImGui::TextUnformatted("standard error: not known yet");
-  ImGui::Text("first preview on screen after %.0f ms", v.preview_ms);
+    ImGui::TextUnformatted("standard error not known yet");
+  ImGui::Text("edit to preview %.0f ms", v.preview_ms);
+  ImGui::SameLine(ImGui::GetWindowWidth() - 9 * ImGui::GetFontSize());
+  ImGui::BeginDisabled(!v.can_undo());
+  const bool key = ImGui::GetIO().KeyCtrl && !ImGui::GetIO().WantTextInput && ImGui::IsKeyPressed('Z');
+  if (button(v, "undo", "Back to before the last edit (ctrl-Z).") || key) v.undo();
+  ImGui::EndDisabled();
   if (f.rejected > 0)
     ImGui::TextColored({1, .5f, .5f, 1}, "%lld samples were not finite", static_cast<long long>(f.rejected));
 }
 
 void shader(Viewer& v) {
   if (!section(v, "Shader")) return;
-  choose(v, "shader");
+  // In the order of app::choices_of("shader").
+  static const std::vector<std::string> helps = {
+      "Lambert and GGX with Schlick's Fresnel.",
+      "The 2018 report's: Disney diffuse and a D of one's own, by d_gamma and d_constant.",
+      "Blender 3.4.1's Principled BSDF, term by term.",
+      "Burley's BRDF of 2012 as published.",
+      "In the light of a lamp at the eye, without shadows.",
+      "Only light that was scattered once.",
+      "path that finds lights by looking for them alone: noisier highlights, the same mean.",
+      "Shading normals, from -1 to 1: black where negative.",
+      "How much light the surface reflects, by its parameters.",
+      "Texture coordinates u, v as red and green.",
+      "Position in the world, metres, as red, green and blue."};
+  choose(v, "shader", helps);
   if (v.state.options.text("shader") == "path_disney") {
-    slider(v, "d_gamma", v.state.d_gamma, .05f, 10, "%.3f", ImGuiSliderFlags_Logarithmic);
+    slider(v, "d_gamma", v.state.d_gamma, .05f, 10, "%.3f", ImGuiSliderFlags_Logarithmic,
+           "Exponent of the distribution D: 2 is GGX, below it the highlight has a longer tail.");
     bool automatic = !v.state.d_constant;
     const float roughness = v.state.materials[static_cast<size_t>(v.material)].roughness;
     const double alpha = std::max(static_cast<double>(roughness) * roughness, .001);
     const auto normalised = static_cast<float>(bsdf::gtr_constant(alpha, v.state.d_gamma));
-    if (checkbox(v, "d_constant auto", automatic)) {
+    if (checkbox(v, "d_constant auto", automatic, "D normalised for each roughness, as it should be.")) {
       if (automatic)
         v.state.d_constant.reset();
       else
         v.state.d_constant = normalised;
     }
     if (v.state.d_constant)
-      slider(v, "d_constant", *v.state.d_constant, 0, 10, "%.6f", ImGuiSliderFlags_Logarithmic);
-    ImGui::TextDisabled("normalised for the material below: %.4g", static_cast<double>(normalised));
+      slider(v, "d_constant", *v.state.d_constant, 0, 10, "%.6f", ImGuiSliderFlags_Logarithmic,
+             "Factor of D in place of the normalising one: the same for every roughness.");
+    ImGui::TextDisabled("normalised for the chosen material: %.4g", static_cast<double>(normalised));
   }
   integer(v, "depth", 1);
   bool hidden = v.state.options["hide-environment"];
-  if (checkbox(v, "hide-environment", hidden)) set(v, "hide-environment", hidden);
+  if (checkbox(v, "hide-environment", hidden, app::help_of("hide-environment")))
+    set(v, "hide-environment", hidden);
 }
 
 void display(Viewer& v) {
@@ -98,16 +121,25 @@ void display(Viewer& v) {
                                                 IM_COL32(c[0], c[1], c[2], 255));
     }
     ImGui::Dummy({256, 10});
-    ImGui::TextUnformatted("0.1 %        1 %         10 %       100 %");
+    static const char* const marks[] = {"0.1 %", "1 %", "10 %", "100 %"};
+    for (int i = 0; i < 4; ++i) {
+      if (i > 0) ImGui::SameLine();
+      const float width = ImGui::CalcTextSize(marks[i]).x;
+      ImGui::SetCursorScreenPos({at.x + static_cast<float>(i) * 256 / 3 - width * static_cast<float>(i) / 3,
+                                 ImGui::GetCursorScreenPos().y});
+      ImGui::TextUnformatted(marks[i]);
+    }
   }
   slider(v, "exposure", v.display.exposure, -10, 10, "%.2f stops");
   bool srgb = v.display.gamma == 0;
   if (checkbox(v, "sRGB curve", srgb)) v.display.gamma = srgb ? 0 : 2.2f;
   if (!srgb) slider(v, "gamma", v.display.gamma, .5f, 4);
-  checkbox(v, "filmic", v.display.filmic);
+  checkbox(v, "filmic", v.display.filmic, "Rolls highlights off instead of cutting them.");
   ImGui::SameLine();
-  checkbox(v, "inspect pixels", v.inspect);
+  checkbox(v, "inspect pixels", v.inspect,
+           "The numbers of the pixel under the mouse, and what is seen there.");
   ImGui::InputText("##reference", &v.reference_file);
+  v.trace.item("reference file");
   ImGui::SameLine();
   if (button(v, "load reference")) v.load_reference(v.reference_file);
   if (v.reference.width > 0) checkbox(v, "wipe", v.wipe);
@@ -139,7 +171,7 @@ void camera(Viewer& v) {
   }
   const scene::Camera now = v.camera();
   float degrees = now.yfov * 180 / math::pi;
-  if (!now.orthographic && slider(v, "field of view", degrees, 1, 150, "%.1f degrees"))
+  if (!now.orthographic && slider(v, "field of view", degrees, 1, 150, "%.1f°"))
     v.free_camera().set_yfov(degrees * math::pi / 180);
 }
 
@@ -164,15 +196,18 @@ void saving(Viewer& v) {
   ImGui::InputText("##image", &v.image_file);
   v.trace.item("image file");
   ImGui::SameLine();
-  if (button(v, "save image") && !busy)
+  if (button(v, "save image", "assay-render's file: .exr with provenance, .png, .jpg or .hdr.") && !busy)
     start(v.session.save_image(v.image_file, v.display), false,
           "saving when all replicates have the same samples ...");
   ImGui::InputText("##scene", &v.scene_file);
   v.trace.item("scene file");
   ImGui::SameLine();
-  if (button(v, "save scene") && !busy) start(v.session.save_scene(v.scene_file), false, "saving ...");
+  if (button(v, "save scene", ".glb or .gltf with the edits, everything else as it was.") && !busy)
+    start(v.session.save_scene(v.scene_file), false, "saving ...");
   const bool edited = is_edited(v.session.original(), v.state);
-  if (button(v, edited ? "save scene, copy command" : "copy command") && !busy) {
+  if (button(v, edited ? "save scene, copy command" : "copy command",
+             "The command line of assay-render that makes this picture, into the clipboard.") &&
+      !busy) {
     const int round = complete_options(v.state).render.replicates;
     const int samples =
         v.frame && v.frame->divisor == 1 ? (v.frame->samples + round - 1) / round * round : round;

@@ -57,7 +57,7 @@ void Viewer::load_reference(const std::string& file) {
     reference_name = fs::path(file).filename().string();
     reference_painted_ = false;
     painted_.reset();
-    say(file + ": " + std::to_string(reference.width) + " x " + std::to_string(reference.height));
+    say(reference_name + ": " + std::to_string(reference.width) + " x " + std::to_string(reference.height));
   } catch (const std::exception& error) {
     say(app::message(error), true);
   }
@@ -116,9 +116,24 @@ void Viewer::submit() {
     timed_generation = frame->generation;
     preview_ms = 1e3 * std::chrono::duration<double>(Clock::now() - frame->edited).count();
   }
+  // Drags, typed digits and keys that are held make one edit of many.
+  const bool goes_on = in_edit_ || ImGui::GetTime() < edited_ + .3;
+  in_edit_ = in_edit_ && ImGui::IsAnyItemActive();
   if (state == submitted) return;
+  if (!goes_on && !undoing_) history_.push_back(submitted);
+  if (history_.size() > 200) history_.erase(history_.begin());
+  in_edit_ = ImGui::IsAnyItemActive() && !undoing_;
+  undoing_ = false;
+  edited_ = ImGui::GetTime();
   submitted = state;
   generation = session.edit(state);
+}
+
+void Viewer::undo() {
+  if (history_.empty()) return;
+  state = history_.back();
+  history_.pop_back();
+  undoing_ = true;
 }
 
 nlohmann::json Viewer::to_json() const {
@@ -126,8 +141,12 @@ nlohmann::json Viewer::to_json() const {
                         {"shader", state.options.text("shader")},
                         {"camera", state.camera ? "view" : state.options.text("camera")},
                         {"d_gamma", state.d_gamma},
+                        {"undo", history_.size()},
                         {"material", material},
                         {"roughness", state.materials[static_cast<size_t>(material)].roughness},
+                        {"metallic", state.materials[static_cast<size_t>(material)].metallic},
+                        {"sky", state.sky ? state.sky->map->name : ""},
+                        {"texture shown", show_textures ? bitmap : -1},
                         {"hover", {hover_x, hover_y}},
                         {"wipe_at", wipe_at},
                         {"message", message},

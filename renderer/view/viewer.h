@@ -42,6 +42,9 @@ struct Viewer {
   int hover_x = -1, hover_y = -1;  // pixel under the mouse; -1: none
   std::string environment_file;
 
+  std::string explained;  // by a tooltip, to a mouse that rests
+  double explained_since = 0;
+
   // Saving.
   std::string image_file, scene_file, message;
   bool message_is_error = false;
@@ -60,10 +63,16 @@ struct Viewer {
   // Once per frame of the user interface: before it is drawn, and after.
   void update();
   void submit();
+  // Back to the state before the last edit; a drag or a typed number is one edit.
+  bool can_undo() const { return !history_.empty(); }
+  void undo();
   nlohmann::json to_json() const;  // for the trace
 
  private:
   void paint();
+  std::vector<State> history_;
+  bool in_edit_ = false, undoing_ = false;  // in_edit_: of a control that is still held
+  double edited_ = -1;                      // ImGui's time
   std::shared_ptr<const Frame> painted_;
   image::Display painted_display_{1e9f, 0, false};
   Show painted_show_ = Show::picture;

@@ -8,6 +8,9 @@
 #include <GL/gl.h>
 #include <GLFW/glfw3.h>
 
+#include <cmath>
+#include <filesystem>
+
 #include "base/error.h"
 
 namespace view {
@@ -40,6 +43,15 @@ Window::Window(const std::string& title, int width, int height) {
   ImGui::GetIO().ConfigWindowsMoveFromTitleBarOnly = true;
   ImGui::StyleColorsDark();
   ImGui::GetStyle().FrameRounding = 3;
+  float unused;
+  glfwGetWindowContentScale(window_, &scale_, &unused);
+  ImGui::GetStyle().ScaleAllSizes(scale_);
+  // ImGui's own font is made of 13 pixels.
+  const char* const font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+  if (std::filesystem::exists(font))
+    ImGui::GetIO().Fonts->AddFontFromFileTTF(font, std::floor(14 * scale_));
+  else
+    ImGui::GetIO().FontGlobalScale = scale_;
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 130");
 }

@@ -24,10 +24,12 @@ class Window {
   void end_frame();
   static void wake();  // from any thread
   void set_title(const std::string& title);
-  void position(int& x, int& y) const;  // of its contents, on the screen
+  float scale() const { return scale_; }  // of everything drawn: above 1 on a screen of many small pixels
+  void position(int& x, int& y) const;    // of its contents, on the screen
 
  private:
   GLFWwindow* window_ = nullptr;
+  float scale_ = 1;
 };
 
 // A picture on the graphics card.
