@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace image {
@@ -62,7 +63,7 @@ std::int64_t Film::rejected() const {
 // With n_r samples of mean m_r in replicate r and m = sum(n_r m_r) / N: the variance of one sample is
 // estimated by sum(n_r (m_r - m)^2) / (R - 1), that of the mean by the Nth part. Replicates without a sample
 // do not count; for equal n_r this is the usual variance of the m_r over R. The same formula with n_r = 1 is
-// that of replicates weighed alike.
+// that of replicates weighed alike. Radiance beyond 1e19 has a variance beyond float, which stays finite.
 Vec3 Film::variance_of_mean(int x, int y) const {
   const Cell all = total(x, y);
   const double samples = static_cast<double>(all.count);
@@ -76,7 +77,8 @@ Vec3 Film::variance_of_mean(int x, int y) const {
     squares += count * (difference * difference);
     ++used;
   }
-  return used >= 2 ? Vec3(squares / (used - 1.0) / samples) : Vec3(0);
+  if (used < 2) return Vec3(0);
+  return math::smaller(Vec3(squares / (used - 1.0) / samples), Vec3(std::numeric_limits<float>::max()));
 }
 
 double Film::noise() const {

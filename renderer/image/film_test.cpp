@@ -123,6 +123,17 @@ TEST(Film, BadSamplesAreCountedLeftOutAndTouchNoNeighbour) {
   EXPECT_EQ(film.rejected(), 5);
 }
 
+// scripts/mutate found the pixel of an environment map that is 1e38.
+TEST(Film, TheVarianceOfHugeRadianceIsFinite) {
+  Film film(2, 1, 2);
+  for (int r = 0; r < 2; ++r) film.add(0, 0, r, Vec3(r == 0 ? 3e38f : 0, 1e10f * static_cast<float>(r), 0));
+  EXPECT_EQ(film.rejected(), 0);
+  EXPECT_EQ(film.mean(0, 0).x, 1.5e38f);
+  EXPECT_EQ(film.variance_of_mean(0, 0).x, std::numeric_limits<float>::max());
+  EXPECT_NEAR(film.variance_of_mean(0, 0).y, 2.5e19, 1e13);
+  EXPECT_TRUE(std::isfinite(film.noise()));
+}
+
 TEST(Film, APixelWithoutSamplesIsBlack) {
   const Film film(2, 2, 3);
   EXPECT_EQ(film.mean(1, 1), Vec3(0));
