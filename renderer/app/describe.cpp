@@ -3,6 +3,7 @@
 #include <CLI/StringTools.hpp>
 
 #include "app/text.h"
+#include "gltf/parameters.h"
 
 namespace app {
 namespace {
@@ -19,16 +20,7 @@ json describe_material(const Material& m) {
               {"metallic", decimal(m.metallic)},
               {"roughness", decimal(m.roughness)}};
   // What is as Disney's defaults is not worth a word.
-  const std::pair<const char*, float Material::*> parameters[] = {
-      {"specular", &Material::specular},
-      {"specular_tint", &Material::specular_tint},
-      {"anisotropic", &Material::anisotropic},
-      {"anisotropic_rotation", &Material::anisotropic_rotation},
-      {"sheen", &Material::sheen},
-      {"sheen_tint", &Material::sheen_tint},
-      {"clearcoat", &Material::clearcoat},
-      {"clearcoat_roughness", &Material::clearcoat_roughness}};
-  for (const auto& [name, member] : parameters)
+  for (const auto& [name, member] : gltf::disney_parameters)
     if (m.*member != standard.*member) out[name] = decimal(m.*member);
   if (!math::is_black(m.emission)) out["emission"] = decimals(m.emission);
   if (m.alpha_mode != scene::AlphaMode::opaque)

@@ -7,6 +7,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "gltf/parameters.h"
 #include "gltf/reader.h"
 
 namespace gltf {
@@ -136,19 +137,10 @@ class Reader {
   }
 
   void extras() {
-    using scene::Material;
-    static constexpr std::pair<const char*, float Material::*> parameters[] = {
-        {"disney_specular", &Material::specular},
-        {"disney_specular_tint", &Material::specular_tint},
-        {"disney_anisotropic", &Material::anisotropic},
-        {"disney_anisotropic_rotation", &Material::anisotropic_rotation},
-        {"disney_sheen", &Material::sheen},
-        {"disney_sheen_tint", &Material::sheen_tint},
-        {"disney_clearcoat", &Material::clearcoat},
-        {"disney_clearcoat_roughness", &Material::clearcoat_roughness}};
     const json& extras = list(own_, "extras");
-    for (const auto& [key, parameter] : parameters)
-      if (extras.contains(key)) out_.*parameter = extras[key];
+    for (const auto& [name, member] : disney_parameters)
+      if (const json& value = list(extras, std::string("disney_") + name); value.is_number())
+        out_.*member = value;
     if (extras.contains("disney_clearcoat_gloss"))
       out_.clearcoat_roughness =
           as_float(std::sqrt(.1 + (.001 - .1) * extras["disney_clearcoat_gloss"].get<double>()));

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <regex>
 
+#include "base/text.h"
 #include "gltf/guard.h"
 #include "gltf/schema_text.h"
 
@@ -33,20 +34,6 @@ std::string phrase(const json& schema) {
   if (schema.contains("maximum"))
     return out + " in [" + schema["minimum"].dump() + ", " + schema["maximum"].dump() + ']';
   return schema.contains("minimum") ? out + " of at least " + schema["minimum"].dump() : out;
-}
-
-size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t corner = row[0]++;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t replaced = corner + (a[i] != b[j]);
-      corner = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row[b.size()];
 }
 
 struct Checker {
@@ -135,7 +122,7 @@ struct Checker {
     std::vector<std::string> known;
     for (const auto& [key, unused] : properties.items()) known.push_back(key);
     const auto nearer = [&](const std::string& a, const std::string& b) {
-      return edit_distance(name, a) < edit_distance(name, b);
+      return base::edit_distance(name, a) < base::edit_distance(name, b);
     };
     document.fail(place, *std::min_element(known.begin(), known.end(), nearer) + ", the nearest known key",
                   name);

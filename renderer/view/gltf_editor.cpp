@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "gltf/parameters.h"
+
 namespace view {
 
 namespace {
@@ -144,15 +146,8 @@ void Editor::write(const MaterialEdit& edit) {
   // Disney's parameters, all of them, in the extras, which win over extensions.
   Json& extras = member(json, "extras");
   extras.erase("disney_clearcoat_gloss");
-  const std::pair<const char*, float> parameters[] = {{"disney_specular", m.specular},
-                                                      {"disney_specular_tint", m.specular_tint},
-                                                      {"disney_anisotropic", m.anisotropic},
-                                                      {"disney_anisotropic_rotation", m.anisotropic_rotation},
-                                                      {"disney_sheen", m.sheen},
-                                                      {"disney_sheen_tint", m.sheen_tint},
-                                                      {"disney_clearcoat", m.clearcoat},
-                                                      {"disney_clearcoat_roughness", m.clearcoat_roughness}};
-  for (const auto& [key, value] : parameters) extras[key] = decimal(value);
+  for (const auto& [name, member] : gltf::disney_parameters)
+    extras[std::string("disney_") + name] = decimal(m.*member);
 
   // Extensions, for readers that know no extras.
   const auto changed = [&](auto... parameter) { return ((m.*parameter != before.*parameter) || ...); };

@@ -121,6 +121,21 @@ TEST_F(Saving, options_for_light_stay_options_until_the_sky_is_edited) {
   EXPECT_TRUE(fs::exists(file("c.scene.environment.exr")));
 }
 
+// expect_same_file() cannot see an option that both forget.
+TEST_F(Saving, the_command_says_every_option_that_was_given_or_edited) {
+  Session session(options("basic_pl.glb", {"--seed", "5", "--clamp", "3", "--hide-environment"}));
+  State s = session.original().state;
+  s.set("shader", "path_disney"), s.d_gamma = 1.25f, s.d_constant = .5f;
+  s.set("depth", 3), s.set("sampler", "random"), s.set("filter", "triangle"), s.set("camera", "1");
+  session.edit(s);
+  const std::string command = session.command(file("a.png"), 24, {1.5f, 2.2f, true}).get();
+  for (const char* word :
+       {" --shader path_disney", " --d-gamma 1.25", " --d-constant 0.5", " --depth 3", " --clamp 3",
+        " --camera 1", " --width 48", " --height 32", " --spp 24", " --seed 5", " --sampler random",
+        " --filter triangle", " --hide-environment", " --exposure 1.5", " --gamma 2.2", " --filmic"})
+    EXPECT_NE(command.find(word), std::string::npos) << word << " is not in " << command;
+}
+
 // Neither camera nor light: both are chosen, until somebody edits them.
 TEST_F(Saving, what_a_bare_file_gets_by_default_is_what_assay_render_gives_it) {
   const std::string bare = file("bare.gltf");
