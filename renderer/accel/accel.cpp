@@ -16,10 +16,27 @@ namespace {
 // process).
 constexpr float embree_limit = 1.844e18f;
 
-bool valid(const Ray& r) {
+// `limit` is that of Embree, or what is left of it for rays that go into instances (limit_of).
+bool valid(const Ray& r, float limit) {
   for (int i = 0; i < 3; ++i)
-    if (!(std::fabs(r.origin[i]) < embree_limit) || !(std::fabs(r.direction[i]) < embree_limit)) return false;
+    if (!(std::fabs(r.origin[i]) < limit) || !(std::fabs(r.direction[i]) < limit)) return false;
   return r.t_max > 0;  // false for NaN
+}
+
+// Embree takes rays into an instance's space by the inverse of its matrix, and asserts there too. The largest
+// component that a ray may have before; 0 for a matrix that has no inverse, or one that enlarges 1e12 times.
+float limit_of(const math::Mat4& to_world) {
+  const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
+  double growth = 1, shift = 0;
+  for (int row = 0; row < 3; ++row) {
+    growth = std::fmax(growth,
+                       std::fabs(inverse[0][row]) + std::fabs(inverse[1][row]) + std::fabs(inverse[2][row]));
+    shift = std::fmax(shift, std::fabs(inverse[3][row]));
+    for (int column = 0; column < 4; ++column)
+      if (!std::isfinite(inverse[column][row])) return 0;
+  }
+  if (!(growth < 1e12) || !(shift < embree_limit / 4)) return 0;
+  return static_cast<float>(embree_limit / (2 * growth));
 }
 
 RTCRay to_embree(const Ray& r) {
@@ -79,6 +96,7 @@ struct Accel::Impl {
   Filter filter;
   double seconds = 0;
   std::string isa;
+  float limit = embree_limit;  // of the components of rays
 
   ~Impl() {
     for (RTCScene s : shared)
@@ -149,7 +167,8 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
     const scene::Instance& instance = scene.instances[i];
     const auto mesh = static_cast<size_t>(instance.mesh);
     const Filter* f = mesh_filtered[mesh] ? &m.filter : nullptr;
-    if (uses[mesh] == 1) {
+    const float limit = uses[mesh] == 1 ? 0 : limit_of(instance.to_world);
+    if (limit == 0) {  // placed directly: used once, or no way into its space
       m.geometries[i] = {static_cast<int>(i), f};
       m.attach(m.scene, m.triangles(scene.meshes[mesh], instance.to_world, &m.geometries[i]),
                static_cast<int>(i));
@@ -167,6 +186,7 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
     rtcSetGeometryInstancedScene(g, m.shared[mesh]);
     rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.to_world[0][0]);
     rtcCommitGeometry(g);
+    m.limit = std::fmin(m.limit, limit);
     m.attach(m.scene, g, static_cast<int>(i));
   }
   rtcCommitScene(m.scene);
@@ -176,7 +196,7 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
 Accel::~Accel() = default;
 
 bool Accel::closest(const Ray& ray, std::uint32_t key, Hit& hit) const {
-  if (!valid(ray)) return false;
+  if (!valid(ray, impl_->limit)) return false;
   Context context(ray, key, impl_->instance_of);
   RTCRayHit query;
   query.ray = to_embree(ray);
@@ -194,7 +214,7 @@ bool Accel::closest(const Ray& ray, std::uint32_t key, Hit& hit) const {
 }
 
 bool Accel::occluded(const Ray& ray, std::uint32_t key) const {
-  if (!valid(ray)) return false;
+  if (!valid(ray, impl_->limit)) return false;
   Context context(ray, key, impl_->instance_of);
   RTCRay query = to_embree(ray);
   rtcOccluded1(impl_->scene, &context.embree, &query);

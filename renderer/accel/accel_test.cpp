@@ -114,6 +114,44 @@ TEST(Guard, lets_no_ray_through_that_embree_would_abort_at) {
   RecordProperty("measured", std::to_string(queries - 2) + " hostile queries, 0 aborts, 0 hits");
 }
 
+// How many rays hit a sphere that is also placed by matrices that have next to no inverse, or a large one;
+// `good` of them should. Embree takes each ray through the inverse.
+int hits_through_instances(int& queries, int& good) {
+  int hits = 0;
+  for (const float scale : {0.f, 1e-38f, 1e-30f, 1e-18f, 1e-13f, 1e-11f, 1e-6f, 1e-3f, 1e3f, 1e15f}) {
+    scene::Scene s = of(sphere(8, Vec3(0)));
+    s.instances.resize(3, {0});
+    s.instances[1].to_world = math::Mat4(1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1, 0, 50, 0, 0, 1);
+    s.instances[2].to_world = math::Mat4(scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 1e15f, 0, 1e12f, 1);
+    const Accel accel(s, false, {}, {});
+    Hit hit;
+    for (const float far : {9.f, 1e3f, 1e6f, 1e9f, 1e12f, 1e15f, 1e18f})
+      for (const Vec3& d :
+           {Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(1e-20f, 1e-20f, -1), Vec3(1e18f, 1e18f, 1e18f)}) {
+        accel.closest({Vec3(far, far, far), d}, 0, hit);
+        accel.occluded({Vec3(far, -far, far), d}, 0);
+        accel.occluded({Vec3(far, -far, far), Vec3(50, 0, 0) - Vec3(far, -far, far), 1}, 0);
+        queries += 3;
+      }
+    hits += accel.closest({Vec3(0.1f, 0.1f, 9), Vec3(0, 0, -1)}, 0, hit) && hit.instance == 0;
+    hits += accel.closest({Vec3(50.1f, 9e3f, 0.1f), Vec3(0, -1, 0)}, 0, hit) && hit.instance == 1;
+    good += 2;
+  }
+  return hits;
+}
+
+// scripts/mutate found the scale of 1e-30.
+TEST(Guard, lets_no_ray_into_an_instance_that_embree_would_abort_at) {
+  int queries = 0, good = 0;
+  testing::FLAGS_gtest_death_test_style = "threadsafe";  // Embree has threads by now
+  EXPECT_EXIT(std::_Exit(hits_through_instances(queries, good) == good ? 0 : 1), testing::ExitedWithCode(0),
+              "");
+  ASSERT_FALSE(HasFailure());
+  EXPECT_EQ(hits_through_instances(queries, good), good);
+  RecordProperty("measured",
+                 std::to_string(queries) + " queries through instances scaled by 0 to 1e15, 0 aborts");
+}
+
 struct Misses {
   int random = 0, edges = 0, vertices = 0;
 };

@@ -92,10 +92,13 @@ TEST(Load, judges_transforms_by_the_written_rules) {
     expect_near(math::transform_vector(scene.instances.at(0).to_world, {1, 0, 0}), {0, 1, 0});
     EXPECT_TRUE(warned(scene, "unit quaternion"));
   }
-  const scene::Scene flat = load_file(node("\"scale\": [1, 0, 1]"));
-  EXPECT_TRUE(flat.instances.empty());
-  EXPECT_TRUE(warned(flat, "scaled to nothing"));
+  for (const std::string thickness : {"0", "1e-30", "1e-12"}) {
+    const scene::Scene flat = load_file(node("\"scale\": [1, " + thickness + ", 1]"));
+    EXPECT_TRUE(flat.instances.empty());
+    EXPECT_TRUE(warned(flat, "scaled to nothing"));
+  }
   EXPECT_EQ(load_file(node("\"scale\": [1e-6, 1e-6, 1e-6]")).instances.size(), 1u);
+  EXPECT_EQ(load_file(node("\"scale\": [1, 1e-11, 1]")).instances.size(), 1u);
 }
 
 TEST(Load, makes_cameras_rigid) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <string_view>
 
 #include "image/guard.h"
@@ -69,6 +71,15 @@ Image read_environment(const std::string& path, const Limits& limits) {
   if (extension != ".exr" && extension != ".hdr")
     base::fail(path, ": wanted an environment map in .exr or .hdr, found ",
                extension.empty() ? "no extension" : extension);
+  if (extension == ".exr") {
+    std::error_code error;
+    const std::uint64_t size = std::filesystem::file_size(path, error);
+    std::vector<std::uint8_t> head(error ? 0 : std::min<std::uint64_t>(size, exr_head));
+    if (std::ifstream(path, std::ios::binary)
+            .read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size())) &&
+        !head.empty())
+      check_exr(head, size, path, limits);
+  }
   const auto input = open_as(extension, path);
   const OIIO::ImageSpec& spec = input->spec();
   check_size(path, spec.width, spec.height, limits);

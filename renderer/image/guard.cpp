@@ -195,4 +195,62 @@ void check_jpeg(Bytes bytes, const std::string& what, const Limits& limits) {
   base::fail(what, ": wanted a JPEG frame header, found none");
 }
 
+void check_exr(Bytes head, std::uint64_t size, const std::string& what, const Limits& limits) {
+  std::size_t at = 0;
+  const auto want = [&](bool holds, const auto&... wanted) {
+    if (!holds) base::fail(what, ": byte ", at, " of the OpenEXR header: wanted ", wanted...);
+  };
+  const auto need = [&](std::size_t count) {
+    want(head.size() - at >= count, count, " bytes more, found the end");
+  };
+  const auto number = [&](std::size_t place) {
+    return std::int64_t{static_cast<std::int32_t>(head[place] | head[place + 1] << 8 | head[place + 2] << 16 |
+                                                  static_cast<unsigned>(head[place + 3]) << 24)};
+  };
+  const auto name = [&] {
+    const auto end = std::find(head.begin() + static_cast<std::ptrdiff_t>(at), head.end(), 0);
+    want(end != head.end(), "a name, found no end of one");
+    std::string text(head.begin() + static_cast<std::ptrdiff_t>(at), end);
+    at += text.size() + 1;
+    return text;
+  };
+
+  constexpr std::int64_t tiled = 0x200, long_names = 0x400;
+  need(8);
+  const std::int64_t version = number(4);
+  at = 4;
+  want((version & 255) == 2 && (version & ~(255 | tiled | long_names)) == 0,
+       "version 2, one part and an image, found ", version & 255, " and flags ", version >> 8);
+  at = 8;
+  std::int64_t width = 0, height = 0, lines = 0, tile_width = 0, tile_height = 0;
+  for (std::string key = name(); !key.empty(); key = name()) {
+    const std::string type = name();
+    need(4);
+    const std::int64_t length = number(at);
+    at += 4;
+    want(length >= 0 && length <= static_cast<std::int64_t>(head.size() - at), "attribute ", key,
+         " to end in the file, found ", length, " bytes of it");
+    if (key == "dataWindow" && type == "box2i" && length == 16) {
+      width = number(at + 8) - number(at) + 1, height = number(at + 12) - number(at + 4) + 1;
+      check_size(what, width, height, limits);
+    } else if (key == "compression" && length == 1) {
+      constexpr int lines_of[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+      want(head[at] < std::size(lines_of), "a known compression, found ", int{head[at]});
+      lines = lines_of[head[at]];
+    } else if (key == "tiles" && length == 9) {
+      tile_width = number(at), tile_height = number(at + 4);
+      want(tile_width > 0 && tile_height > 0, "tiles of a size, found ", tile_width, " x ", tile_height);
+    }
+    at += static_cast<std::size_t>(length);
+  }
+  want(width > 0 && lines > 0 && ((version & tiled) == 0 || tile_width > 0),
+       "a data window, a compression, and tiles where there are any, found not all");
+  // Eight bytes for the place of each block, which are there before any pixel.
+  const auto parts = [](std::int64_t whole, std::int64_t part) { return (whole + part - 1) / part; };
+  const std::int64_t blocks =
+      (version & tiled) != 0 ? parts(width, tile_width) * parts(height, tile_height) : parts(height, lines);
+  want(static_cast<std::uint64_t>(blocks) <= size / 8, "a table of ", blocks, " blocks, found only ", size,
+       " bytes in the file");
+}
+
 }  // namespace image

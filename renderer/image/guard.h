@@ -1,4 +1,4 @@
-// What is judged of a texture before a decoder sees it. Private to this room.
+// What is judged of an image before a decoder sees it. Private to this room.
 #pragma once
 
 #include <cstdint>
@@ -20,5 +20,10 @@ void check_png(Bytes bytes, const std::string& what, const Limits& limits);
 
 // Refuses a JPEG by its frame header: size and number of components.
 void check_jpeg(Bytes bytes, const std::string& what, const Limits& limits);
+
+// Refuses an OpenEXR file by its header, for which OpenEXR would take whatever it says: `head` is the
+// beginning of a file of `size` bytes, all of its header.
+void check_exr(Bytes head, std::uint64_t size, const std::string& what, const Limits& limits);
+constexpr std::size_t exr_head = std::size_t{1} << 20;  // as much of the file as it needs
 
 }  // namespace image

@@ -110,6 +110,7 @@ ATTACKS = {
     "fov": set_at("cameras", 0, "perspective", "yfov", 3.1415), "orthographic": set_at("cameras", 0, {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 9}}),
     "bright": set_at("materials", 0, "extensions", "KHR_materials_emissive_strength", "emissiveStrength", 1e38), "blend": set_at("materials", 0, "alphaMode", "BLEND"),
     "uri_out": set_at("images", 0, {"uri": "../../etc/hostname"}), "required": set_at("extensionsRequired", ["KHR_draco_mesh_compression"]),
+    "flat_instances": lambda d: (d["nodes"].append({"mesh": 0, "scale": [1, 1e-30, 1]}), d["scenes"][0]["nodes"].append(3)),
     "deep": set_at("extras", json.loads("[" * 100 + "]" * 100)), "point": set_at("extensions", "KHR_lights_punctual", "lights", 0, {"type": "point", "intensity": 1e38}),
 }
 
