@@ -128,6 +128,7 @@ void run(const std::vector<std::string>& words) {
   check(options);
   if (!options.has("scene")) base::fail("no scene given (see assay-view --help)");
   if (!arguments.measure) return run_window(options, arguments);
+  if (!arguments.reference.empty()) base::fail("--reference: --measure shows no picture");
   view::Session session(options);
   view::measure(session, 50);
 }

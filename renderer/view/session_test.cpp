@@ -120,6 +120,28 @@ TEST(Session, the_camera_menu_switches_the_rendered_camera) {
   expect_as_fresh(session, s, "camera 0");
 }
 
+// What is equal is not rendered again.
+TEST(State, every_edit_makes_another_state) {
+  Session session(options("punctual.glb", {"--width", "8", "--height", "8", "--spp", "1"}));
+  const State before = session.original().state;
+  using Edit = void (*)(State&);
+  const Edit edits[] = {[](State& s) { s.set("shader", "path_disney"); },
+                        [](State& s) { s.set("depth", 3); },
+                        [](State& s) { s.d_gamma = 1; },
+                        [](State& s) { s.d_constant = .1f; },
+                        [](State& s) { s.materials[1].sheen_tint = .25f; },
+                        [](State& s) { s.lights[2].cos_inner = 1; },
+                        [](State& s) { s.lights[0].intensity.x += 1; },
+                        [](State& s) { s.camera.emplace(scene::Camera{}, 2); },
+                        [](State& s) { s.sky.emplace(); }};
+  for (const Edit& edit : edits) {
+    State after = before;
+    EXPECT_TRUE(after == before);
+    edit(after);
+    EXPECT_FALSE(after == before) << "edit " << &edit - edits;
+  }
+}
+
 // The albedo is the material's colour, noise-free: one look at a pixel tells which state it is of.
 TEST(Session, no_frame_mixes_samples_of_two_states) {
   std::mutex mutex;
