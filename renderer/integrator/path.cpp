@@ -89,12 +89,13 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     // Add the light the ray found, weighted against the chance that a light sample finds it too.
     if (!found) {
       if (w.lights.has_environment() && !(bounce == 0 && w.hide_environment)) {
-        float weight = 1;
-        if (!only_way)
-          weight = w.light_sampling_only
-                       ? 0
-                       : power_heuristic(bsdf_pdf, w.lights.pdf_environment(receiver, ray.direction));
-        if (weight > 0) add_found(throughput * w.lights.environment(ray.direction) * weight, bounce);
+        if (only_way) {
+          add_found(throughput * w.lights.environment(ray.direction), bounce);
+        } else if (!w.light_sampling_only) {
+          const light::Environment::Seen seen = w.lights.environment(receiver, ray.direction);
+          const float weight = power_heuristic(bsdf_pdf, seen.pdf);
+          if (weight > 0) add_found(throughput * seen.radiance * weight, bounce);
+        }
       }
       break;
     }

@@ -13,40 +13,40 @@ using math::Vec3;
 Environment::Environment(const scene::Environment& e) : map_(e.map), strength_(e.strength) {
   math::sin_cos(e.rotation, sin_rotation_, cos_rotation_);
   // At least 64 x 32 cells, so that even a constant map is drawn by solid angle.
-  columns_ = map_.width * ((63 + map_.width) / map_.width);
-  rows_ = map_.height * ((31 + map_.height) / map_.height);
-  for (int j = 0; j <= rows_; ++j) {
+  const int columns = map_.width * ((63 + map_.width) / map_.width);
+  const int rows = map_.height * ((31 + map_.height) / map_.height);
+  for (int j = 0; j <= rows; ++j) {
     double s, c;
-    math::sin_cos(static_cast<double>(math::pi) * j / rows_, s, c);
+    math::sin_cos(static_cast<double>(math::pi) * j / rows, s, c);
     cos_edge_.push_back(static_cast<float>(c));
   }
   // A cell's weight is the mean of nine bilinear look-ups, so that no cell which shows light has weight zero.
-  std::vector<double> weights(static_cast<size_t>(columns_) * static_cast<size_t>(rows_));
-  const float sx = static_cast<float>(map_.width) / static_cast<float>(columns_);
-  const float sy = static_cast<float>(map_.height) / static_cast<float>(rows_);
-  double flux = 0;
-  for (int j = 0; j < rows_; ++j)
-    for (int i = 0; i < columns_; ++i) {
+  const float sx = static_cast<float>(map_.width) / static_cast<float>(columns);
+  const float sy = static_cast<float>(map_.height) / static_cast<float>(rows);
+  std::vector<double> row_flux, weights(static_cast<size_t>(columns));
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
       double sum = 0;
       for (const float b : {.02f, .5f, .98f})
         for (const float a : {.02f, .5f, .98f})
           sum +=
               math::luminance(bilinear((static_cast<float>(i) + a) * sx, (static_cast<float>(j) + b) * sy));
-      const double solid_angle =
-          2 * 3.14159265358979 / columns_ *
-          (static_cast<double>(cos_edge_[static_cast<size_t>(j)]) - cos_edge_[static_cast<size_t>(j) + 1]);
-      weights[static_cast<size_t>(j) * static_cast<size_t>(columns_) + static_cast<size_t>(i)] =
-          sum / 9 * solid_angle;
-      flux += sum / 9 * solid_angle;
+      weights[static_cast<size_t>(i)] = sum / 9;
     }
-  mean_luminance_ = flux / (4 * 3.14159265358979) * strength_;
-  table_ = math::Distribution1D(weights);
+    columns_.emplace_back(weights);
+    const double solid_angle =  // of a cell
+        2 * 3.14159265358979 / columns *
+        (static_cast<double>(cos_edge_[static_cast<size_t>(j)]) - cos_edge_[static_cast<size_t>(j) + 1]);
+    row_flux.push_back(columns_.back().sum() * solid_angle);
+  }
+  rows_ = math::Distribution1D(row_flux);
+  mean_luminance_ = rows_.sum() / (4 * 3.14159265358979) * strength_;
 }
 
 Vec3 Environment::bilinear(float x, float y) const {
   const float fx = std::floor(x - .5f), fy = std::floor(y - .5f);
   const float a = x - .5f - fx, b = y - .5f - fy;
-  const auto column = [&](int i) { return (i % map_.width + map_.width) % map_.width; };
+  const auto column = [&](int i) { return i < 0 ? i + map_.width : i >= map_.width ? i - map_.width : i; };
   const auto row = [&](int j) { return std::clamp(j, 0, map_.height - 1); };
   const auto texel = [&](int i, int j) {
     return Vec3(map_.texels[static_cast<size_t>(row(j)) * static_cast<size_t>(map_.width) +
@@ -66,36 +66,48 @@ Vec2 Environment::to_uv(const Vec3& d) const {
   return {math::saturate(u), math::saturate(math::acos(std::clamp(d.y, -1.f, 1.f)) * math::inv_pi)};
 }
 
-Vec3 Environment::radiance(const Vec3& d) const {
-  if (map_.width == 1 && map_.height == 1) return Vec3(map_.texels[0]) * strength_;
-  const Vec2 uv = to_uv(d);
+Vec3 Environment::radiance_at(const Vec2& uv) const {
   return bilinear(uv.x * static_cast<float>(map_.width), uv.y * static_cast<float>(map_.height)) * strength_;
 }
 
-float Environment::pdf(const Vec3& d) const {
-  if (table_.empty()) return 0;
+Vec3 Environment::radiance(const Vec3& d) const {
+  if (map_.width == 1 && map_.height == 1) return Vec3(map_.texels[0]) * strength_;
+  return radiance_at(to_uv(d));
+}
+
+float Environment::cell_pdf(std::uint32_t row, std::uint32_t column) const {
+  const float solid_angle =
+      2 * math::pi / static_cast<float>(columns_[row].size()) * (cos_edge_[row] - cos_edge_[row + 1]);
+  return rows_.probability(row) * (columns_[row].probability(column) / solid_angle);
+}
+
+Environment::Seen Environment::look(const Vec3& d) const {
+  if (black()) return {radiance(d), 0};
   const Vec2 uv = to_uv(d);
-  const int i = std::min(static_cast<int>(uv.x * static_cast<float>(columns_)), columns_ - 1);
-  const int j = std::min(static_cast<int>(uv.y * static_cast<float>(rows_)), rows_ - 1);
-  const float solid_angle = 2 * math::pi / static_cast<float>(columns_) *
-                            (cos_edge_[static_cast<size_t>(j)] - cos_edge_[static_cast<size_t>(j) + 1]);
-  return table_.probability(static_cast<std::uint32_t>(j * columns_ + i)) / solid_angle;
+  const auto cell = [](float u, std::uint32_t n) {
+    return std::min(static_cast<std::uint32_t>(u * static_cast<float>(n)), n - 1);
+  };
+  const std::uint32_t row = cell(uv.y, rows_.size());
+  return {radiance_at(uv), cell_pdf(row, cell(uv.x, columns_[row].size()))};
 }
 
 Environment::Sample Environment::sample(float u0, float u1) const {
-  // One uniform number per axis: what choosing the cell leaves of u0 places the direction in its row, and u1,
-  // shifted by the cell, in its column.
-  const auto cell = table_.sample(math::join(u0, u1));
-  const int i = static_cast<int>(cell.index) % columns_, j = static_cast<int>(cell.index) / columns_;
-  const float top = cos_edge_[static_cast<size_t>(j)], bottom = cos_edge_[static_cast<size_t>(j) + 1];
-  const float y = top + (bottom - top) * cell.u;
+  // What choosing the row leaves of u0 places the direction within it, and what choosing the column leaves of
+  // u1 within that. The other number gives the bits below 2^-24 that large maps use.
+  const auto row = rows_.sample(math::join(u0, u1));
+  const math::Distribution1D& columns = columns_[row.index];
+  const auto column = columns.sample(math::join(u1, u0));
+  const float top = cos_edge_[row.index], bottom = cos_edge_[row.index + 1];
+  const float y = top + (bottom - top) * row.u;
   const float r = std::sqrt(std::max(0.f, 1 - y * y));
+  const float u = (static_cast<float>(column.index) + column.u) / static_cast<float>(columns.size());
   float s, c;
-  math::sin_cos(2 * math::pi * ((static_cast<float>(i) + u1) / static_cast<float>(columns_) - .5f), s, c);
+  math::sin_cos(2 * math::pi * (u - .5f), s, c);
   const float x = r * c, z = r * s;
   const Vec3 d(cos_rotation_ * x + sin_rotation_ * z, y, -sin_rotation_ * x + cos_rotation_ * z);
-  const float solid_angle = 2 * math::pi / static_cast<float>(columns_) * (top - bottom);
-  return {math::normalize(d), cell.probability / solid_angle};
+  return {math::normalize(d),
+          {radiance_at({u, math::saturate(math::acos(y) * math::inv_pi)}),
+           cell_pdf(row.index, column.index)}};
 }
 
 }  // namespace light

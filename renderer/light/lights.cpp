@@ -164,7 +164,7 @@ std::optional<Sample> Lights::sample(const Receiver& receiver, double u_choice, 
     s = sample_punctual(*directional_[directional], receiver.from);
   } else {
     const Environment::Sample e = environment_->sample(u, v);
-    s = Sample{e.direction, {}, true, environment_->radiance(e.direction), e.pdf, false};
+    s = Sample{e.direction, {}, true, e.seen.radiance, e.seen.pdf, false};
   }
   if (s) s->pdf *= choice->probability;
   if (s && !(s->pdf > 0)) s.reset();
@@ -283,10 +283,11 @@ float Lights::pdf(const Receiver& receiver, const surface::Point& p) const {
   return pdf * tree_.probability(receiver, static_cast<int>(near_.size()) + index);
 }
 
-float Lights::pdf_environment(const Receiver& receiver, const Vec3& wi) const {
-  if (!samples_environment_) return 0;
+Environment::Seen Lights::environment(const Receiver& receiver, const Vec3& wi) const {
+  Environment::Seen seen = environment_->look(wi);
   const size_t index = near_.size() + emitters_.size() + directional_.size();
-  return environment_->pdf(wi) * tree_.probability(receiver, static_cast<int>(index));
+  seen.pdf *= samples_environment_ ? tree_.probability(receiver, static_cast<int>(index)) : 0;
+  return seen;
 }
 
 }  // namespace light

@@ -34,12 +34,12 @@ class Lights {
 
   // Density with which sample() would have drawn this point of an emissive triangle; 0 if it is no light.
   float pdf(const Receiver& receiver, const surface::Point& point) const;
-  // The same for the environment in direction `wi`.
-  float pdf_environment(const Receiver& receiver, const math::Vec3& wi) const;
+  bool has_environment() const { return environment_.has_value(); }
   math::Vec3 environment(const math::Vec3& direction) const {
     return environment_ ? environment_->radiance(direction) : math::Vec3(0);
   }
-  bool has_environment() const { return environment_.has_value(); }
+  // With the density of sample() drawing `wi`.
+  Environment::Seen environment(const Receiver& receiver, const math::Vec3& wi) const;
   std::size_t emitters() const { return emitters_.size(); }  // triangles and rectangles
 
  private:

@@ -7,47 +7,37 @@
 namespace math {
 
 Distribution1D::Distribution1D(std::span<const double> weights)
-    : entries_(weights.size()), probabilities_(weights.size()) {
-  assert(weights.size() <= std::numeric_limits<std::uint32_t>::max());
+    : cumulative_(weights.size() + 1), guide_(weights.size()), probabilities_(weights.size()) {
+  assert(weights.size() < std::numeric_limits<std::uint32_t>::max());
   // Sum with compensation (Kahan): the error of a plain sum, times the number of entries, could reach one.
   double sum = 0, lost = 0;
-  for (double weight : weights) {
-    assert(std::isfinite(weight) && weight >= 0);
+  const auto add = [&](double weight) {
     const double term = weight - lost, next = sum + term;
     lost = (next - sum) - term;
     sum = next;
+  };
+  for (double weight : weights) {
+    assert(std::isfinite(weight) && weight >= 0);
+    add(weight);
   }
   if (!(sum > 0)) return;
   assert(std::isfinite(sum));
   sum_ = sum;
 
-  // Scale the weights to a mean of one: what exceeds one must be given away as somebody's alias.
-  const double count = static_cast<double>(size());
-  std::vector<double> scaled(size());
-  std::vector<std::uint32_t> poor, rich;
+  sum = lost = 0;
   for (std::uint32_t i = 0; i < size(); ++i) {
-    probabilities_[i] = static_cast<float>(weights[i] / sum);
+    probabilities_[i] = static_cast<float>(weights[i] / sum_);
     if (probabilities_[i] < std::numeric_limits<float>::min()) probabilities_[i] = 0;
-    scaled[i] = probabilities_[i] > 0 ? weights[i] / sum * count : 0;
-    (scaled[i] < 1 ? poor : rich).push_back(i);
+    if (probabilities_[i] > 0) add(weights[i]);
+    cumulative_[i + 1] = sum;
   }
-  while (!poor.empty() && !rich.empty()) {
-    const std::uint32_t taker = poor.back(), giver = rich.back();
-    poor.pop_back();
-    entries_[taker] = {static_cast<float>(scaled[taker]), giver};
-    scaled[giver] -= 1 - scaled[taker];
-    if (scaled[giver] < 1) {
-      rich.pop_back();
-      poor.push_back(giver);
-    }
+  // Divided by itself the last becomes 1 exactly, and with it all entries of weight zero after it.
+  for (double& c : cumulative_) c /= sum;
+  std::uint32_t entry = 0;
+  for (std::uint32_t k = 0; k < size(); ++k) {
+    while (cumulative_[entry + 1] <= static_cast<double>(k) / size()) ++entry;
+    guide_[k] = entry;
   }
-  // The mean of what remains on either list is one and none on the list of the poor is above it: so each
-  // differs from one by rounding only, and no zero is among them.
-  for (const auto& list : {rich, poor})
-    for (std::uint32_t i : list) {
-      assert(std::fabs(scaled[i] - 1) < 1e-3);
-      entries_[i] = {1, i};
-    }
 }
 
 }  // namespace math

@@ -1,6 +1,8 @@
-// Discrete distribution: an index chosen with probability proportional to its weight, in constant time by the
-// alias method (Walker 1974, built as Vose 1991 in double precision). A two-dimensional table, as of an
-// environment map, is this one over index y * width + x.
+// Discrete distribution: an index chosen with probability proportional to its weight, by inverting the
+// cumulative sum. The inverse is monotone, so well distributed numbers stay well distributed (an alias table,
+// as fast, tears neighbours apart: an environment with a sun had three times the variance). A guide table
+// says where the search begins: 2 steps on average, whatever the weights (Chen & Asau 1974; Devroye 1986,
+// "Non-Uniform Random Variate Generation", III.2.4).
 #pragma once
 
 #include <algorithm>
@@ -33,26 +35,20 @@ class Distribution1D {
   double sum() const { return sum_; }  // of the weights
   float probability(std::uint32_t index) const { return probabilities_[index]; }
 
-  // Never an index of weight zero. A table of n entries uses up log2(n) bits of u before anything is left to
-  // decide between entry and alias: for more than about a thousand entries give join(u0, u1), not one float.
+  // Never an index of weight zero. Monotone in u. A table of n entries uses up about log2(n) bits of u before
+  // anything is left for Sample::u: for more than about a thousand entries give join(u0, u1), not one float.
   Sample sample(double u) const {
-    const double scaled = u * static_cast<double>(entries_.size());
-    const std::uint32_t slot = std::min(static_cast<std::uint32_t>(scaled), size() - 1);
-    const double rest = scaled - slot;
-    const Entry& entry = entries_[slot];
-    const double threshold = entry.threshold;
-    const bool own = rest < threshold;
-    const std::uint32_t index = own ? slot : entry.alias;
-    const double remapped = own ? rest / threshold : (rest - threshold) / (1 - threshold);
-    return {index, probabilities_[index], std::min(static_cast<float>(remapped), 0x1.fffffep-1f)};
+    std::uint32_t i = guide_[std::min(static_cast<std::uint32_t>(u * size()), size() - 1)];
+    while (cumulative_[i] > u) --i;  // u * size() was rounded up
+    while (cumulative_[i + 1] <= u) ++i;
+    const double below = cumulative_[i];
+    return {i, probabilities_[i],
+            std::min(static_cast<float>((u - below) / (cumulative_[i + 1] - below)), 0x1.fffffep-1f)};
   }
 
  private:
-  struct Entry {
-    float threshold;  // the share of this slot that is its own
-    std::uint32_t alias;
-  };
-  std::vector<Entry> entries_;
+  std::vector<double> cumulative_;    // size() + 1, from 0 to 1
+  std::vector<std::uint32_t> guide_;  // [k]: the entry that u = k / size() chooses
   std::vector<float> probabilities_;
   double sum_ = 0;
 };
