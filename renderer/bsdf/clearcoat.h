@@ -20,15 +20,12 @@ struct Clearcoat {
     const double t = dielectric ? fresnel_weight(cos_d, 1.5, f0) : schlick(cos_d);
     return static_cast<float>(f0 + (1 - f0) * t);
   }
-  // Density of wi, 1/sr: D cos(wh) / (4 wi.wh).
-  float pdf(const HalfVector& h) const {
-    const double d = d_gtr1(h.sin2_h(), h.cos2_h(), alpha, log_alpha2);
-    return static_cast<float>(d * h.z / std::sqrt(h.length_squared) / (4 * h.cos_d));
-  }
-  float f_cos(const Vec3& wo, const Vec3& wi, const HalfVector& h) const {
+  // Density of wi: D cos(wh) / (4 wi.wh).
+  Value eval(const Vec3& wo, const Vec3& wi, const HalfVector& h) const {
     const double d = d_gtr1(h.sin2_h(), h.cos2_h(), alpha, log_alpha2);
     const float g = g1_over_2cos(wo, alpha_g, alpha_g) * g1_over_2cos(wi, alpha_g, alpha_g);
-    return weight * static_cast<float>(d) * fresnel(h.cos_d) * g * wi.z;
+    return {Vec3(weight * static_cast<float>(d) * fresnel(h.cos_d) * g * wi.z),
+            static_cast<float>(d * h.z / std::sqrt(h.length_squared) / (4 * h.cos_d))};
   }
   // Half vector from two uniform numbers: cos^2 = (1 - (alpha^2)^(1-u)) / (1 - alpha^2).
   Vec3 sample_half(float u, float v) const {

@@ -123,12 +123,12 @@ double diffuse_at(const Parameters& p, Model model, double view, double angle) {
 double specular_at(const Parameters& p, double view, double angle) {
   const Vec3 wo = viewer_at(view), wi = light_at(angle);
   const Bsdf b = prepare(Model::disney, {}, p, {}, wo);
-  return static_cast<double>(b.specular.f_cos(wo, wi, HalfVector(wo, wi)).x);
+  return static_cast<double>(b.specular.eval(wo, wi, HalfVector(wo, wi)).f_cos.x);
 }
 double clearcoat_at(const Parameters& p, double view, double angle) {
   const Vec3 wo = viewer_at(view), wi = light_at(angle);
   return static_cast<double>(
-      prepare(Model::disney, {}, p, {}, wo).clearcoat.f_cos(wo, wi, HalfVector(wo, wi)));
+      prepare(Model::disney, {}, p, {}, wo).clearcoat.eval(wo, wi, HalfVector(wo, wi)).f_cos.x);
 }
 
 void lobes() {

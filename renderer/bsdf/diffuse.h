@@ -13,7 +13,7 @@ struct Diffuse {
   // f cos(wi), 1/sr. cos_o, cos_i > 0. In double, so that swapping the directions changes nothing but the
   // last bit.
   Vec3 f_cos(double cos_o, double cos_i, double cos_d) const {
-    double shape = cos_i / pi;
+    double shape = cos_i * (1 / pi);
     if (retro >= 0) {
       const double fd90 = .5 + 2. * retro * cos_d * cos_d;
       shape *= (1 + (fd90 - 1) * schlick(cos_i)) * (1 + (fd90 - 1) * schlick(cos_o));

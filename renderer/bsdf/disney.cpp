@@ -148,18 +148,16 @@ void set_probabilities(Bsdf& b, const Vec3& wo) {
   constexpr float floor = .1f;
   for (int i = 0; i < lobe_count; ++i)
     if (weight[i] > 0)
-      b.probability[i] = floor + (1 - floor * static_cast<float>(active)) *
-                                     static_cast<float>(static_cast<double>(weight[i]) / sum);
+      b.probability[i] =
+          floor + (1 - floor * static_cast<float>(active)) * static_cast<float>(weight[i] * (1. / sum));
 }
 
 }  // namespace
 
-Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const Normals& normals,
-             const Vec3& wo) {
+Bsdf make(Model model, const Gtr& gtr, const Parameters& parameters) {
   const Parameters p = clamped(parameters);
   Bsdf b;
   b.model = model;
-  b.normals = normals;
   b.diffuse.weight = p.base_color * (1 - p.metallic);
   b.diffuse.retro = model == Model::path ? -1 : p.roughness;
   b.specular = make_specular(model, gtr, p);
@@ -172,10 +170,21 @@ Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const No
     if (math::mean(b.diffuse.weight) < principled_closure_cutoff) b.diffuse.weight = Vec3(0);
     if (math::mean(b.sheen.weight) < principled_closure_cutoff) b.sheen.weight = Vec3(0);
   }
+  return b;
+}
+
+void orient(Bsdf& b, const Normals& normals, const Vec3& wo) {
+  b.normals = normals;
   if (wo.z > 0) set_probabilities(b, wo);
   const bool smooth_specular = b.probability[1] > 0 && !b.specular.is_delta;
   const bool smooth_coat = b.probability[2] > 0 && !b.clearcoat.is_delta;
   b.only_delta = b.probability[0] == 0 && !smooth_specular && !smooth_coat;
+}
+
+Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const Normals& normals,
+             const Vec3& wo) {
+  Bsdf b = make(model, gtr, parameters);
+  orient(b, normals, wo);
   return b;
 }
 
@@ -192,12 +201,14 @@ Value eval(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
   }
   const bool seen = specular_sees(b, wi);
   if (b.probability[1] > 0 && !b.specular.is_delta) {
-    value.pdf += b.probability[1] * b.specular.pdf(wo, h);
-    if (seen) value.f_cos += b.specular.f_cos(wo, wi, h);
+    const Value specular = b.specular.eval(wo, wi, h);
+    value.pdf += b.probability[1] * specular.pdf;
+    if (seen) value.f_cos += specular.f_cos;
   }
   if (b.probability[2] > 0 && !b.clearcoat.is_delta) {
-    value.pdf += b.probability[2] * b.clearcoat.pdf(h);
-    if (seen) value.f_cos += Vec3(b.clearcoat.f_cos(wo, wi, h));
+    const Value coat = b.clearcoat.eval(wo, wi, h);
+    value.pdf += b.probability[2] * coat.pdf;
+    if (seen) value.f_cos += coat.f_cos;
   }
   if (leaks(b, wi)) value.f_cos = Vec3(0);
   return value;
@@ -213,8 +224,8 @@ std::array<Vec3, eval_lobe_count> eval_lobes(const Bsdf& b, const Vec3& wo, cons
     f[1] = b.sheen.f_cos(wi.z, h.cos_d) * bump_terminator(b, wi);
   }
   if (!specular_sees(b, wi)) return f;
-  if (b.probability[1] > 0 && !b.specular.is_delta) f[2] = b.specular.f_cos(wo, wi, h);
-  if (b.probability[2] > 0 && !b.clearcoat.is_delta) f[3] = Vec3(b.clearcoat.f_cos(wo, wi, h));
+  if (b.probability[1] > 0 && !b.specular.is_delta) f[2] = b.specular.eval(wo, wi, h).f_cos;
+  if (b.probability[2] > 0 && !b.clearcoat.is_delta) f[3] = b.clearcoat.eval(wo, wi, h).f_cos;
   return f;
 }
 

@@ -32,11 +32,6 @@ struct Bsdf {
   bool only_delta = false;                    // light sampling is useless: eval is zero everywhere
 };
 
-struct Value {
-  Vec3 f_cos{0, 0, 0};
-  float pdf = 0;  // of sample() returning this direction by a lobe that is not a Dirac
-};
-
 struct Sample {
   Vec3 wi;
   Vec3 f_cos;     // is_delta: reflectance; as everywhere, f_cos / pdf is the weight of the sample
@@ -45,11 +40,17 @@ struct Sample {
   bool is_delta = false;
 };
 
-// Builds the lobes. wo.z > 0. Parameters outside [0,1] are clamped here; alphas as the model clamps them.
+// Builds the lobes, which can serve many points. Parameters outside [0,1] are clamped here; alphas as the
+// model clamps them.
+Bsdf make(Model model, const Gtr& gtr, const Parameters& parameters);
+// Readies them for one point and wo. wo.z > 0.
+void orient(Bsdf& bsdf, const Normals& normals, const Vec3& wo);
+// Both.
 Bsdf prepare(Model model, const Gtr& gtr, const Parameters& parameters, const Normals& normals,
              const Vec3& wo);
 
-// f_cos and pdf for a given wi; both zero unless wo.z > 0 and wi.z > 0. Dirac lobes contribute nothing.
+// f_cos and pdf for a given wi; both zero unless wo.z > 0 and wi.z > 0. Dirac lobes contribute nothing; pdf
+// is of sample() returning wi by another.
 Value eval(const Bsdf& bsdf, const Vec3& wo, const Vec3& wi);
 
 // The same f_cos lobe by lobe: diffuse, sheen, specular, clearcoat; their sum is eval's but for rounding.

@@ -20,6 +20,12 @@ using math::Vec3;
 
 inline constexpr double pi = 3.14159265358979323846;
 
+// f_cos, 1/sr, and the density of sampling that direction, 1/sr.
+struct Value {
+  Vec3 f_cos{0, 0, 0};
+  float pdf = 0;
+};
+
 // wi + wo and what all lobes need of it.
 struct HalfVector {
   double x, y, z;         // wi + wo, not normalised
@@ -59,11 +65,11 @@ inline double schlick(double c) {
 
 // Fresnel reflectance of a dielectric, exact, unpolarised; eta >= 1 is the relative index of refraction.
 inline double fresnel_dielectric(double c, double eta) {
+  // 1/2 a^2 (1 + b^2), a = (g - c) / (g + c), b = (c (g + c) - 1) / (c (g - c) + 1), over one denominator.
   const double g2 = eta * eta - 1 + c * c;
   const double g = std::sqrt(g2 > 0 ? g2 : 0);
-  const double a = (g - c) / (g + c);
-  const double b = (c * (g + c) - 1) / (c * (g - c) + 1);
-  return .5 * a * a * (1 + b * b);
+  const double b_top = c * (g + c) - 1, b_bottom = c * (g - c) + 1, bottom = (g + c) * b_bottom;
+  return .5 * (g - c) * (g - c) * (b_bottom * b_bottom + b_top * b_top) / (bottom * bottom);
 }
 // The same rescaled to 0 at normal incidence and 1 at grazing: Cycles' replacement for Schlick's weight. f0
 // is fresnel_dielectric(1, eta). An eta of 1 has no interface, hence weight 0 everywhere.
@@ -75,9 +81,10 @@ inline double fresnel_weight(double c, double eta, double f0) {
 
 // Anisotropic GTR2 (GGX), per steradian; integral of D cos over the hemisphere is 1. ax, ay > 0.
 inline double d_gtr2(const HalfVector& h, double ax, double ay) {
-  const double a = h.x / ax, b = h.y / ay;
-  const double q = (a * a + b * b + h.z * h.z) / h.length_squared;
-  return 1 / (pi * ax * ay * q * q);
+  // 1 / (pi ax ay q^2) with q = (x^2/ax^2 + y^2/ay^2 + z^2) / length^2, over one denominator.
+  const double a2 = ax * ay, x = h.x * ay, y = h.y * ax, z = h.z * a2;
+  const double q = x * x + y * y + z * z, top = h.length_squared * a2;
+  return top * top * a2 / (pi * q * q);
 }
 
 // GTR1 (Berry), per steradian, normalised; alpha in (0, 1), log_alpha2 = ln alpha^2. For alpha >= 1: 1/pi.

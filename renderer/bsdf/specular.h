@@ -37,17 +37,15 @@ struct Specular {
   }
   double d(const HalfVector& h) const { return gtr ? constant * gtr_shape(h) : d_gtr2(h, ax, ay); }
 
-  Vec3 f_cos(const Vec3& wo, const Vec3& wi, const HalfVector& h) const {
-    const float g = g1_over_2cos(wo, ax_g, ay_g) * g1_over_2cos(wi, ax_g, ay_g);
-    return fresnel(h.cos_d) * (static_cast<float>(d(h)) * g * wi.z);
-  }
-
-  // Density of wi, 1/sr. Visible normals: D G1(wo) / (4 wo.z).
-  float pdf(const Vec3& wo, const HalfVector& h) const {
-    if (gtr)
-      return static_cast<float>(normalised_constant * gtr_shape(h) * h.z / std::sqrt(h.length_squared) /
-                                (4 * h.cos_d));
-    return static_cast<float>(d_gtr2(h, ax, ay)) * g1_over_2cos(wo, ax, ay) * .5f;
+  // Density of wi: of visible normals D G1(wo) / (4 wo.z), of path_disney's D cos(wh) / (4 wi.wh).
+  Value eval(const Vec3& wo, const Vec3& wi, const HalfVector& h) const {
+    const double shape = gtr ? gtr_shape(h) : d_gtr2(h, ax, ay);
+    const float d = static_cast<float>(gtr ? constant * shape : shape);
+    const float g_wo = g1_over_2cos(wo, ax_g, ay_g), g = g_wo * g1_over_2cos(wi, ax_g, ay_g);
+    return {fresnel(h.cos_d) * (d * g * wi.z),
+            gtr ? static_cast<float>(normalised_constant * shape * h.z / std::sqrt(h.length_squared) /
+                                     (4 * h.cos_d))
+                : d * g_wo * .5f};
   }
 
   // Half vector from two uniform numbers.

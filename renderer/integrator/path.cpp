@@ -27,6 +27,18 @@ float power_heuristic(float pdf, float other) {
 // A ray's own random bits, by which surfaces that are partly transparent decide whether it passes.
 std::uint32_t key(const math::Sampler& sampler, std::uint32_t ray_number) { return sampler.bits(ray_number); }
 
+// Where a ray from `p` along `direction` starts, given where one along the geometric normal does.
+Vec3 origin(const surface::Point& p, const Vec3& direction, const Vec3& outside) {
+  return math::dot(direction, p.geometric_normal) < 0 ? surface::origin(p, direction) : outside;
+}
+
+bsdf::Bsdf prepare(const World& w, const surface::Point& p, const Vec3& wo) {
+  if (p.plain_material < 0) return bsdf::prepare(w.model, w.gtr, p.material, p.normals, wo);
+  bsdf::Bsdf bsdf = w.plain[static_cast<size_t>(p.plain_material)];
+  bsdf::orient(bsdf, p.normals, wo);
+  return bsdf;
+}
+
 // Light that arrives directly from one sampled light, from `wi` (shading frame), times the BRDF.
 Vec3 direct_light(const World& w, const surface::Point& p, const light::Receiver& receiver,
                   const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec4& u, std::uint32_t ray_key,
@@ -37,7 +49,7 @@ Vec3 direct_light(const World& w, const surface::Point& p, const light::Receiver
   const bsdf::Value f = bsdf::eval(bsdf, wo, wi);
   if (math::is_black(f.f_cos)) return Vec3(0);
 
-  accel::Ray shadow{surface::origin(p, light->wi), light->wi};
+  accel::Ray shadow{origin(p, light->wi, receiver.from), light->wi};
   if (!light->infinite) {
     shadow.direction = light->target - shadow.origin;
     shadow.t_max = 1;
@@ -112,7 +124,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
 
     // Prepare the BRDF.
     const Vec3 wo = p.frame.to_local(-ray.direction);
-    const bsdf::Bsdf bsdf = bsdf::prepare(w.model, w.gtr, p.material, p.normals, wo);
+    const bsdf::Bsdf bsdf = prepare(w, p, wo);
     const std::uint32_t group = first_bounce_group + groups_per_bounce * static_cast<std::uint32_t>(bounce);
 
     receiver = {surface::origin(p, p.geometric_normal), p.frame.normal};
@@ -140,7 +152,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     bsdf_pdf = s->pdf;
     only_way = s->is_delta;
     ray.direction = math::normalize(p.frame.to_world(s->wi));
-    ray.origin = surface::origin(p, ray.direction);
+    ray.origin = origin(p, ray.direction, receiver.from);
 
     // End weak paths by chance, the survivors carrying their share. The square root of the throughput saves
     // time and adds less noise than the throughput itself.

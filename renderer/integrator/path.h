@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "accel/accel.h"
 #include "bsdf/disney.h"
@@ -19,6 +20,7 @@ struct World {
   const light::Lights& lights;
   bsdf::Model model;
   bsdf::Gtr gtr;
+  std::vector<bsdf::Bsdf> plain;  // of the scene's materials, where nothing varies them
   int depth;                 // scattering events
   bool hide_environment;     // from camera rays
   bool light_sampling_only;  // path-nomis: no multiple importance sampling

@@ -151,9 +151,12 @@ struct Renderer::Impl {
                                           *lights,
                                           model_of(t.shader),
                                           {t.d_gamma, t.d_constant},
+                                          {},
                                           t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
                                           t.hide_environment,
                                           t.shader == Shader::path_nomis});
+    for (const scene::Material& m : scene.materials)
+      world->plain.push_back(bsdf::make(world->model, world->gtr, surface::plain(m)));
     build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   tbb::task_arena arena() const {

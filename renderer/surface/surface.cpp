@@ -1,6 +1,7 @@
 #include "surface/surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -59,15 +60,27 @@ Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
   return math::normalize(x * std::sqrt(1 - cos2) + ng * std::sqrt(cos2), ng);
 }
 
+// The next float towards infinity, as std::nextafter finds it for finite numbers.
+float next_above(float x) {
+  if (x == 0) return std::numeric_limits<float>::denorm_min();
+  const auto bits = std::bit_cast<std::int32_t>(x);
+  return std::bit_cast<float>(bits + (x > 0 ? 1 : -1));
+}
+
 }  // namespace
+
+bsdf::Parameters plain(const scene::Material& m) {
+  return {m.base_color,  m.metallic, m.roughness,  m.specular,  m.specular_tint,
+          m.anisotropic, m.sheen,    m.sheen_tint, m.clearcoat, m.clearcoat_roughness};
+}
 
 Vec3 offset(const Vec3& position, const Vec3& error, const Vec3& normal) {
   const float d = dot(math::abs(normal), error);
   Vec3 o = position + normal * d;
   // One step further away, in case the sum was rounded towards the surface.
   for (int i = 0; i < 3; ++i) {
-    if (normal[i] * d > 0) o[i] = std::nextafter(o[i], std::numeric_limits<float>::infinity());
-    if (normal[i] * d < 0) o[i] = std::nextafter(o[i], -std::numeric_limits<float>::infinity());
+    if (normal[i] * d > 0) o[i] = next_above(o[i]);
+    if (normal[i] * d < 0) o[i] = -next_above(-o[i]);
   }
   return o;
 }
@@ -257,16 +270,9 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
 
   // Look the material up.
   bsdf::Parameters& q = p.material;
-  q.base_color = m.base_color;
-  q.metallic = m.metallic;
-  q.roughness = m.roughness;
-  q.specular = m.specular;
-  q.specular_tint = m.specular_tint;
-  q.anisotropic = m.anisotropic;
-  q.sheen = m.sheen;
-  q.sheen_tint = m.sheen_tint;
-  q.clearcoat = m.clearcoat;
-  q.clearcoat_roughness = m.clearcoat_roughness;
+  q = plain(m);
+  if (m.base_color_texture.bitmap < 0 && m.metallic_roughness_texture.bitmap < 0 && mesh.colors.empty())
+    p.plain_material = mesh.material;
   if (m.base_color_texture.bitmap >= 0)
     q.base_color *= Vec3(textures_.colour(m.base_color_texture, texcoord(mesh, t, b, m.base_color_texture)));
   if (!mesh.colors.empty()) q.base_color *= Vec3(interpolate(mesh.colors, t, b));

@@ -31,6 +31,7 @@ struct Point {
   bsdf::Normals normals;        // in `frame`
   math::Vec2 texcoord{0, 0};
   bsdf::Parameters material;
+  int plain_material = -1;  // index of the scene's material if `material` is what it says, untextured
   math::Vec3 emission{0, 0, 0};  // radiance towards the ray's origin
   int instance = 0, triangle = 0;
 };
@@ -41,6 +42,9 @@ math::Vec3 origin(const Point& p, const math::Vec3& direction);
 // The same for a point with the given error bound on a surface with the given normal, towards the normal's
 // side.
 math::Vec3 offset(const math::Vec3& position, const math::Vec3& error, const math::Vec3& normal);
+
+// A material's factors, without textures and vertex colours.
+bsdf::Parameters plain(const scene::Material& material);
 
 class Surfaces {
  public:
