@@ -152,11 +152,19 @@ Result run(Options& options, Stage& stage, Console& console) {
   const int everywhere =
       adaptive ? settings.spp / replicates / 4 : settings.spp / replicates;  // of a replicate
   const double until = adaptive ? limit / 4 : limit;
-  int each = 0;
-  while (each < everywhere && !result.partial && (each == 0 || since(render_start) < until)) {
+  const bool single = adaptive && replicates == 2;  // the halves are one replicate each: no spread between
+  const int least = single ? 2 : 1;
+  int each = 0, early_each = 0;
+  std::optional<image::Film> early;  // the film as it was before the last pass
+  while (each < everywhere && !result.partial && (each < least || since(render_start) < until)) {
     const double elapsed = since(render_start);
-    const int count =
+    int count =
         each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
+    if (single && each > 0) {
+      count = std::min(count, each);
+      early = film;
+      early_each = each;
+    }
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
@@ -167,7 +175,11 @@ Result run(Options& options, Stage& stage, Console& console) {
   if (adaptive && !result.partial) {
     film.weigh_replicates_alike();
     for (image::Film& part : parts) part.weigh_replicates_alike();
-    const integrator::NoiseMap says[2] = {{film, 0, 2, each}, {film, 1, 2, each}};
+    const auto half_says = [&](int half) {
+      return single ? integrator::NoiseMap(film, half, each, *early, early_each)
+                    : integrator::NoiseMap(film, half, 2, each);
+    };
+    const integrator::NoiseMap says[2] = {half_says(0), half_says(1)};
     double last[2];  // mean samples of a replicate in the end: what `says` this half decides of the other
     for (int half = 0; half < 2; ++half) {
       last[half] = static_cast<double>(settings.spp) / replicates;

@@ -27,11 +27,11 @@ void complete_settings(Options& o) {
   o.load.limits.memory = static_cast<std::uint64_t>(o["max-memory"].get<double>() * 1e9);
 
   // Replicates divide the samples. Whichever was left open gives way. Adaptive sampling needs two halves with
-  // a spread each, and a quarter of the samples in all of them.
+  // a quarter of their samples in all pixels, and a spread within it: between replicates or samples.
   const bool adaptive = o["adaptive"];
   const auto fits = [&](int replicates) {
     return r.spp % replicates == 0 &&
-           (!adaptive || (replicates % 2 == 0 && replicates >= 4 && r.spp >= 4 * replicates));
+           (!adaptive || (replicates % 2 == 0 && r.spp >= std::max(16, 4 * replicates)));
   };
   if (o.has("replicates")) {
     r.replicates = o["replicates"];
@@ -47,8 +47,8 @@ void complete_settings(Options& o) {
 
   if (!fits(r.replicates))
     base::fail(
-        "--adaptive: wanted an even number of --replicates from 4, and at least four times as many --spp, a "
-        "multiple of it, found ",
+        "--adaptive: wanted an even number of --replicates, and at least 16 --spp and four times the "
+        "replicates, a multiple of them, found ",
         r.replicates, " and ", r.spp);
   if (o.has("noise") && !adaptive) base::fail("--noise: only --adaptive has it");
   if (o.has("noise") && r.replicates < 8)

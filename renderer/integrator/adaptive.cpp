@@ -31,11 +31,14 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
 
 }  // namespace
 
-NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples)
-    : width_(pilot.width()), replicates_(pilot.replicates()), pilot_(samples) {
+NoiseMap::NoiseMap(const image::Film& pilot, int samples)
+    : width_(pilot.width()), height_(pilot.height()), replicates_(pilot.replicates()), pilot_(samples) {}
+
+NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples) : NoiseMap(pilot, samples) {
   assert(first + step < replicates_);
   std::vector<double> variance;
-  for (int y = 0; y < pilot.height(); ++y)
+  double mean = 0;
+  for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       glm::dvec3 sum(0), squares(0);
       double n = 0;
@@ -45,10 +48,32 @@ NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples)
       }
       const glm::dvec3 spread = (squares - sum * sum / n) / (n - 1.) * static_cast<double>(samples);
       variance.push_back(std::max(0., (spread.x + spread.y + spread.z) / 3));
-      mean_ += (sum.x + sum.y + sum.z) / (3 * n);
+      mean += (sum.x + sum.y + sum.z) / (3 * n);
     }
-  mean_ /= static_cast<double>(variance.size());
-  deviation_ = smoothed(variance, width_, pilot.height());
+  finish(variance, mean);
+}
+
+NoiseMap::NoiseMap(const image::Film& pilot, int replicate, int samples, const image::Film& early,
+                   int early_samples)
+    : NoiseMap(pilot, samples) {
+  assert(0 < early_samples && early_samples < samples);
+  std::vector<double> variance;
+  double mean = 0;
+  const double n = samples, before = early_samples, after = n - before;
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const glm::dvec3 all(pilot.replicate_mean(x, y, replicate)), a(early.replicate_mean(x, y, replicate));
+      const glm::dvec3 difference = (all * n - a * before) / after - a;
+      const glm::dvec3 square = difference * difference / (1 / before + 1 / after);
+      variance.push_back((square.x + square.y + square.z) / 3);
+      mean += (all.x + all.y + all.z) / 3;
+    }
+  finish(variance, mean);
+}
+
+void NoiseMap::finish(const std::vector<double>& variance, double mean) {
+  mean_ = mean / static_cast<double>(variance.size());
+  deviation_ = smoothed(variance, width_, height_);
   for (double& d : deviation_) d = std::sqrt(d);
 }
 

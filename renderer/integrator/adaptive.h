@@ -21,6 +21,10 @@ class NoiseMap {
  public:
   // Of replicates first, first + step, ...; at least two. Each has `samples` samples.
   NoiseMap(const image::Film& pilot, int first, int step, int samples);
+  // Of one replicate, by how its first `early_samples`, which `early` holds, and the others differ.
+  // Stratified as they are they differ by more than two replicates would: good for counts, not for
+  // mean_for_noise.
+  NoiseMap(const image::Film& pilot, int replicate, int samples, const image::Film& early, int early_samples);
 
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;
@@ -32,8 +36,10 @@ class NoiseMap {
   double mean_for_noise(double noise, double most, const NoiseMap& others) const;
 
  private:
+  NoiseMap(const image::Film& pilot, int samples);
+  void finish(const std::vector<double>& variance, double mean);
   double mean_count(double level) const;
-  int width_, replicates_, pilot_;
+  int width_, height_, replicates_, pilot_;
   double mean_ = 0;                // of pixels and channels
   std::vector<double> deviation_;  // of one sample, smoothed over neighbours; row by row
 };
