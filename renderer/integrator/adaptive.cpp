@@ -5,12 +5,20 @@
 #include <cmath>
 
 #include "math/sampler.h"
+#include "math/transcendental.h"
 
 namespace integrator {
 
 namespace {
 
-// Few replicates of few samples say little about one pixel: its variance is a weighted mean over 5 x 5.
+// The error of n scrambled Sobol points falls about as n^-p, p = 1.5 for most pixels; the sum of v n^-p over
+// pixels is least, for a given sum of n, where n goes as v^(1 / (1 + p)).
+constexpr double p = 1.5;
+
+// Sobol points come in groups of four that are well distributed by themselves.
+constexpr int group = 4;
+
+// Means over 5 x 5 pixels.
 std::vector<double> smoothed(const std::vector<double>& v, int width, int height) {
   constexpr double kernel[5] = {1. / 9, 2. / 9, 3. / 9, 2. / 9, 1. / 9};
   std::vector<double> once(v.size()), twice(v.size());
@@ -73,27 +81,29 @@ NoiseMap::NoiseMap(const image::Film& pilot, int replicate, int samples, const i
 
 void NoiseMap::finish(const std::vector<double>& variance, double mean) {
   mean_ = mean / static_cast<double>(variance.size());
-  deviation_ = smoothed(variance, width_, height_);
-  for (double& d : deviation_) d = std::sqrt(d);
+  // Few replicates of few samples say little about one pixel: its variance is a weighted mean over 9 x 9.
+  variance_ = smoothed(smoothed(variance, width_, height_), width_, height_);
+  for (const double v : variance_) need_.push_back(v > 0 ? math::exp(math::log(v) / (1 + p)) : 0);
 }
 
 int NoiseMap::count(int x, int y, double level) const {
-  // The fraction left by rounding down is one more sample for as many pixels, chosen by a hash.
+  // The fraction left by rounding down is one more group for as many pixels, chosen by a hash.
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) + static_cast<std::uint64_t>(x);
-  const double wanted = level * deviation_[pixel] + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53;
-  return std::max(pilot_, static_cast<int>(std::min(wanted, 1e9)));
+  const double more = std::clamp(level * need_[pixel] - pilot_, 0., 1e9);
+  return pilot_ +
+         group * static_cast<int>(more / group + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53);
 }
 
 double NoiseMap::mean_count(double level) const {
   double sum = 0;
-  for (const double d : deviation_) sum += std::max(static_cast<double>(pilot_), level * d);
-  return sum / static_cast<double>(deviation_.size());
+  for (const double n : need_) sum += std::max(static_cast<double>(pilot_), level * n);
+  return sum / static_cast<double>(need_.size());
 }
 
 double NoiseMap::level_of_mean(double samples) const {
   double low = 0, high = 1;
-  if (*std::max_element(deviation_.begin(), deviation_.end()) <= 0) return 0;  // nothing to gain anywhere
+  if (*std::max_element(need_.begin(), need_.end()) <= 0) return 0;  // nothing to gain anywhere
   while (mean_count(high) < samples && high < 1e30) low = high, high *= 2;
   for (int step = 0; step < 60; ++step) {
     const double middle = (low + high) / 2;
@@ -106,9 +116,9 @@ double NoiseMap::mean_for_noise(double noise, double most, const NoiseMap& other
   const auto found = [&](double samples) {
     const double level = level_of_mean(samples);
     double sum = 0;
-    for (size_t i = 0; i < deviation_.size(); ++i)
-      sum += math::sqr(others.deviation_[i]) / std::max(static_cast<double>(pilot_), level * deviation_[i]);
-    return std::sqrt(sum / static_cast<double>(deviation_.size()) / replicates_) / others.mean_;
+    for (size_t i = 0; i < need_.size(); ++i)
+      sum += others.variance_[i] / std::max(static_cast<double>(pilot_), level * need_[i]);
+    return std::sqrt(sum / static_cast<double>(need_.size()) / replicates_) / others.mean_;
   };
   double low = pilot_, high = most;
   if (!(others.mean_ > 0) || found(low) <= noise) return low;

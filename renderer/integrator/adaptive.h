@@ -1,6 +1,5 @@
 // Adaptive sampling without bias. Some samples of every pixel, the pilot, show where the noise is, and the
-// rest are spent there: per pixel in proportion to the standard deviation, which minimises the mean squared
-// error.
+// rest are spent there, so that the mean squared error becomes least.
 //
 // Who stops when the samples that are averaged look quiet stops too early where the rare bright ones have not
 // come yet: the picture gets darker (16 % in a scene of fireflies). So no sample has a say in how many others
@@ -41,7 +40,8 @@ class NoiseMap {
   double mean_count(double level) const;
   int width_, height_, replicates_, pilot_;
   double mean_ = 0;                // of pixels and channels
-  std::vector<double> deviation_;  // of one sample, smoothed over neighbours; row by row
+  // Row by row: variance of one sample, smoothed over neighbours; what it needs of samples, to a factor.
+  std::vector<double> variance_, need_;
 };
 
 }  // namespace integrator
