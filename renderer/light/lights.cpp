@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <map>
 
 #include "math/warp.h"
@@ -68,9 +69,14 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
       if (side > longest) longest = side, k = i;
     }
     const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    const Vec3 x = p[k1] - p[k], y = p[k2] - p[k];
     Emitter e{p[k],
-              p[k1] - p[k],
-              p[k2] - p[k],
+              x,
+              y,
+              p[k] + (x + y) * .5f,
+              math::sqr(.5f * near_radii) * dot(x - y, x - y),
+              glm::length(DVec3(x)),
+              glm::length(DVec3(y)),
               shape.normal,
               shape.area,
               instance,
@@ -199,15 +205,12 @@ constexpr double least_solid_angle = 1e-8;
 }  // namespace
 
 bool Lights::is_near(const Emitter& e, const Vec3& from) {
-  const Vec3 d = e.corner + (e.x + e.y) * .5f - from, diagonal = e.x - e.y;
-  return dot(d, d) < math::sqr(.5f * near_radii) * dot(diagonal, diagonal);
+  const Vec3 d = e.centre - from;
+  return dot(d, d) < e.near2;
 }
 
 math::SphericalRectangle Lights::rectangle(const Emitter& e, const Vec3& from) {
-  const DVec3 x(e.x), y(e.y);
-  const double width = std::sqrt(x.x * x.x + x.y * x.y + x.z * x.z),
-               height = std::sqrt(y.x * y.x + y.y * y.y + y.z * y.z);
-  return {DVec3(e.corner) - DVec3(from), x / width, y / height, width, height};
+  return {DVec3(e.corner) - DVec3(from), DVec3(e.x) / e.width, DVec3(e.y) / e.height, e.width, e.height};
 }
 
 math::SphericalTriangle Lights::triangle(const Emitter& e, const Vec3& from) {

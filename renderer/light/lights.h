@@ -45,6 +45,9 @@ class Lights {
  private:
   struct Emitter {            // an emissive triangle, or two that make a rectangle
     math::Vec3 corner, x, y;  // a rectangle's are perpendicular
+    math::Vec3 centre;        // of the rectangle, or of the triangle's largest side
+    float near2;              // square of the distance within which it is sampled by solid angle
+    double width, height;     // lengths of x and y
     math::Vec3 normal;
     float area;
     int instance;

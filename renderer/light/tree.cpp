@@ -276,6 +276,7 @@ size_t Tree::Weights::take(double& u) const {
 }
 
 std::optional<Tree::Choice> Tree::sample(const Receiver& r, double u) const {
+  if (single()) return Choice{0, 1};
   const float sum = weigh(r);
   if (!(sum > 0)) return std::nullopt;
   double rest = u * sum;
@@ -304,6 +305,7 @@ std::optional<Tree::Choice> Tree::sample(const Receiver& r, double u) const {
 }
 
 float Tree::probability(const Receiver& r, int light) const {
+  if (single()) return 1;
   const float sum = weigh(r);
   if (!(sum > 0)) return 0;
   const auto index = static_cast<size_t>(light);

@@ -50,6 +50,7 @@ class Tree {
   float probability(const Receiver& receiver, int light) const;  // of sample() choosing it
 
  private:
+  bool single() const { return ways_.size() + distant_.size() == 1; }
   // Four nodes side by side, so that they are weighed at once. Lanes without a node have intensity 0.
   struct alignas(16) Four {
     float x[4] = {}, y[4] = {}, z[4] = {}, radius[4] = {};

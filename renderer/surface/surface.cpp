@@ -317,10 +317,8 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
     p.frame.bitangent = p.frame.bitangent * c - p.frame.tangent * s;
     p.frame.tangent = x;
   }
-  p.normals.smooth = p.frame.to_local(smooth);
-  p.normals.geometric = p.frame.to_local(p.geometric_normal);
-  if (normal == smooth) p.normals.smooth = {0, 0, 1};
-  if (normal == p.geometric_normal) p.normals.geometric = {0, 0, 1};
+  if (normal != smooth) p.normals.smooth = p.frame.to_local(smooth);
+  if (normal != p.geometric_normal) p.normals.geometric = p.frame.to_local(p.geometric_normal);
   return p;
 }
 
