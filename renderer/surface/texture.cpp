@@ -11,6 +11,7 @@ using math::Vec4;
 
 // Texel index of integer coordinate i in a row of n texels.
 int wrap(int i, int n, scene::Wrap mode) {
+  if (0 <= i && i < n) return i;  // most are
   switch (mode) {
     case scene::Wrap::clamp:
       return i < 0 ? 0 : i >= n ? n - 1 : i;
@@ -50,26 +51,29 @@ Vec4 Textures::lookup(const scene::Texture& t, const Vec2& uv, bool srgb) const 
   const int w = map.width, h = map.height;
   const float u = reduce(t.a * uv.x + t.b * uv.y + t.c, t.wrap_u) * static_cast<float>(w);
   const float v = reduce(t.d * uv.x + t.e * uv.y + t.f, t.wrap_v) * static_cast<float>(h);
-  const auto texel = [&](int i, int j) {
+  // Texels as they are interpolated: codes, or colours already decoded with alpha a code.
+  const bool decoded = srgb && !filter_encoded_;
+  const auto texel = [&](int column, int row) {
     const math::U16Vec4& code =
-        map.texels[static_cast<size_t>(wrap(j, h, t.wrap_v)) * static_cast<size_t>(w) +
-                   static_cast<size_t>(wrap(i, w, t.wrap_u))];
-    const Vec4 value = scene::fraction(code);
-    return srgb && !filter_encoded_ ? Vec4(decoded_[code.x], decoded_[code.y], decoded_[code.z], value.w)
-                                    : value;
+        map.texels[static_cast<size_t>(row) * static_cast<size_t>(w) + static_cast<size_t>(column)];
+    return decoded ? Vec4(decoded_[code.x], decoded_[code.y], decoded_[code.z], code.w) : Vec4(code);
   };
   Vec4 c;
   if (t.filter == scene::Filter::nearest) {
-    c = texel(static_cast<int>(std::floor(u)), static_cast<int>(std::floor(v)));
+    c = texel(wrap(static_cast<int>(std::floor(u)), w, t.wrap_u),
+              wrap(static_cast<int>(std::floor(v)), h, t.wrap_v));
   } else {
     const float x = u - .5f, y = v - .5f;  // texel centres are at half integers
     const float fx = std::floor(x), fy = std::floor(y);
-    const int i = static_cast<int>(fx), j = static_cast<int>(fy);
+    const int i = wrap(static_cast<int>(fx), w, t.wrap_u), i1 = wrap(static_cast<int>(fx) + 1, w, t.wrap_u);
+    const int j = wrap(static_cast<int>(fy), h, t.wrap_v), j1 = wrap(static_cast<int>(fy) + 1, h, t.wrap_v);
     const float a = x - fx, b = y - fy;
-    c = (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
-        (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
+    c = (texel(i, j) * (1 - a) + texel(i1, j) * a) * (1 - b) +
+        (texel(i, j1) * (1 - a) + texel(i1, j1) * a) * b;
   }
-  return srgb && filter_encoded_ ? decode(c) : c;
+  if (decoded) return {c.x, c.y, c.z, c.w / 65535};
+  c = {c.x / 65535, c.y / 65535, c.z / 65535, c.w / 65535};
+  return srgb ? decode(c) : c;
 }
 
 }  // namespace surface
