@@ -201,16 +201,16 @@ TEST(Lights, an_environment_is_continuous_at_the_poles_and_the_seam_and_its_dens
   EXPECT_LT(jump, .055) << "the texels of the first row differ by .05";
   for (const Vec3& d :
        {Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(-1, 0, 0), Vec3(-1, 0, -1e-8f), Vec3(1e-20f, 1, 1e-20f)})
-    EXPECT_TRUE(std::isfinite(env.pdf(d)) && env.pdf(d) > 0);
-  // pdf() is sample()'s own, and integrates to one.
+    EXPECT_TRUE(std::isfinite(env.look(d).pdf) && env.look(d).pdf > 0);
+  // look()'s density is sample()'s own, and integrates to one.
   double sum = 0, worst = 0;
   for (int i = 0; i < 100'000; ++i) {
     const float u = (static_cast<float>(i) + .5f) / 100'000,
                 v = static_cast<float>(i * 61803ll % 100'000) / 100'000;
     const auto sample = env.sample(u, v);
-    const double ratio = env.pdf(sample.direction) / sample.pdf;
+    const double ratio = env.look(sample.direction).pdf / sample.seen.pdf;
     worst += std::fabs(ratio - 1) > 1e-3;  // a direction on the edge of a cell may fall into the next
-    sum += 1 / sample.pdf / 100'000.;
+    sum += 1 / sample.seen.pdf / 100'000.;
   }
   EXPECT_LT(worst / 100'000, 2e-4);
   EXPECT_NEAR(sum / (4 * 3.14159265358979), 1, 2e-3);
@@ -227,7 +227,8 @@ TEST(Lights, a_range_of_a_hundred_million_leaves_no_texel_without_its_share) {
   double total = 0;
   for (int i = 0; i < 4096; ++i) {
     const double phi = 2 * 3.14159265358979 * ((i + .5) / 4096 - .5);
-    const double pdf = env.pdf({static_cast<float>(std::cos(phi)), 0, static_cast<float>(std::sin(phi))});
+    const double pdf =
+        env.look({static_cast<float>(std::cos(phi)), 0, static_cast<float>(std::sin(phi))}).pdf;
     missing += !(pdf > 0);
     total += pdf * 4 * 3.14159265358979 / 4096;
   }

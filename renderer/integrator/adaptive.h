@@ -30,8 +30,8 @@ class NoiseMap {
   // The level whose counts have this mean over the picture.
   double level_of_mean(double samples) const;
   // The mean count that brings the picture's noise, as image::Film defines it, down to `noise` if all
-  // replicates take these counts, but at most `most`. How noisy that is, others must say: these know their own
-  // fireflies only.
+  // replicates take these counts, but at most `most`. How noisy that is, others must say: these know their
+  // own fireflies only.
   double mean_for_noise(double noise, double most, const NoiseMap& others) const;
 
  private:
@@ -39,7 +39,7 @@ class NoiseMap {
   void finish(const std::vector<double>& variance, double mean);
   double mean_count(double level) const;
   int width_, height_, replicates_, pilot_;
-  double mean_ = 0;                // of pixels and channels
+  double mean_ = 0;  // of pixels and channels
   // Row by row: variance of one sample, smoothed over neighbours; what it needs of samples, to a factor.
   std::vector<double> variance_, need_;
 };

@@ -111,6 +111,50 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
   }
 }
 
+// Two replicates of 8 samples, of which 4 came early: what the other's halves say.
+TEST(Adaptive, with_two_replicates_their_halves_show_the_noise_and_no_light_is_lost) {
+  constexpr int each = 8, early_each = 4;
+  const auto picture = [&](std::uint32_t seed, double* ratio) {
+    image::Film film(size, size, 2), early = film;
+    const auto add = [&](int x, int y, int r, int first, int last) {
+      for (int i = first; i < last; ++i) film.add(x, y, r, firefly(seed, x, y, r, i));
+    };
+    const auto everywhere = [&](const std::function<void(int, int, int)>& body) {
+      for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+          for (int r = 0; r < 2; ++r) body(x, y, r);
+    };
+    everywhere([&](int x, int y, int r) { add(x, y, r, 0, early_each); });
+    early = film;
+    everywhere([&](int x, int y, int r) { add(x, y, r, early_each, each); });
+    film.weigh_replicates_alike();
+    const NoiseMap says[2] = {{film, 0, each, early, early_each}, {film, 1, each, early, early_each}};
+    const double level[2] = {says[0].level_of_mean(40), says[1].level_of_mean(40)};
+    double counts[2] = {0, 0};
+    everywhere([&](int x, int y, int r) {
+      const int count = says[1 - r].count(x, y, level[1 - r]);
+      counts[x < size / 2] += count;
+      add(x, y, r, each, count);
+    });
+    *ratio = counts[1] / counts[0];
+    double sum = 0;
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) sum += film.mean(x, y).x;
+    return sum / (size * size);
+  };
+  double ratio = 0, ratios = 0;
+  const Estimate ours = estimate(
+      [&](std::uint32_t seed) {
+        const double mean = picture(seed, &ratio);
+        ratios += ratio / 60;
+        return mean;
+      },
+      60);
+  EXPECT_LT(ours.error, .0045);
+  EXPECT_NEAR(ours.mean, 1, 4.5 * ours.error);
+  EXPECT_GT(ratios, 1.3);  // variances are as 4.3 to 1: 4.3^0.4 is 1.8, less what the pilot gives to all
+}
+
 TEST(Adaptive, a_picture_without_noise_stays_with_its_pilot) {
   image::Film film(4, 4, replicates);
   for (int y = 0; y < 4; ++y)

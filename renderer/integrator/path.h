@@ -21,9 +21,9 @@ struct World {
   bsdf::Model model;
   bsdf::Gtr gtr;
   std::vector<bsdf::Bsdf> plain;  // of the scene's materials, where nothing varies them
-  int depth;                 // scattering events
-  bool hide_environment;     // from camera rays
-  bool light_sampling_only;  // path-nomis: no multiple importance sampling
+  int depth;                      // scattering events
+  bool hide_environment;          // from camera rays
+  bool light_sampling_only;       // path-nomis: no multiple importance sampling
 };
 
 // Radiance along a camera ray, taken apart by what the first surface did with the light: emission (of that

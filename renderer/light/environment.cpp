@@ -105,9 +105,9 @@ Environment::Sample Environment::sample(float u0, float u1) const {
   math::sin_cos(2 * math::pi * (u - .5f), s, c);
   const float x = r * c, z = r * s;
   const Vec3 d(cos_rotation_ * x + sin_rotation_ * z, y, -sin_rotation_ * x + cos_rotation_ * z);
-  return {math::normalize(d),
-          {radiance_at({u, math::saturate(math::acos(y) * math::inv_pi)}),
-           cell_pdf(row.index, column.index)}};
+  return {
+      math::normalize(d),
+      {radiance_at({u, math::saturate(math::acos(y) * math::inv_pi)}), cell_pdf(row.index, column.index)}};
 }
 
 }  // namespace light

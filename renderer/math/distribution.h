@@ -49,9 +49,9 @@ class Distribution1D {
   }
 
  private:
-  static constexpr std::uint32_t guided = 8;  // entries for one of the guide: together a cache line or two
+  static constexpr std::uint32_t guided = 8;     // entries for one of the guide: together a cache line or two
   std::vector<std::uint32_t> cumulative_ = {0};  // times 2^31; size() + 1, from 0 to 2^31
-  std::vector<std::uint32_t> guide_;  // [k]: the entry that u = k / size of guide chooses
+  std::vector<std::uint32_t> guide_;             // [k]: the entry that u = k / size of guide chooses
   double sum_ = 0;
 };
 

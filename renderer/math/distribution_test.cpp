@@ -176,3 +176,39 @@ TEST(Distribution, ALargeTableNeedsTheSecondNumberAndUsesIt) {
   EXPECT_NEAR(even / draws, 1.9 / 2.9, 4.5 * .5 / std::sqrt(draws));
   EXPECT_NEAR(moments / draws, .5, 4.5 * .29 / std::sqrt(draws));
 }
+
+// What stratified numbers need: none of two entries' samples lie on both sides of another's.
+TEST(Distribution, ChoosingIsMonotone) {
+  std::vector<double> weights;
+  for (int i = 0; i < 5000; ++i) weights.push_back(i % 7 == 3 ? 0 : std::pow(10., 6 * random(i).x));
+  weights[2500] = 1e9;  // a sun
+  const Distribution1D d(weights);
+  double last = 0;
+  for (int i = 0; i < 2000000; ++i) {
+    const auto s = d.sample(i * 5e-7);
+    const double place = s.index + double{s.u};
+    ASSERT_GE(place, last) << i;
+    last = place;
+  }
+  EXPECT_GT(last, 4999);
+}
+
+TEST(Distribution, ProbabilitiesAreJustWhatSamplingDoes) {
+  std::vector<double> weights;
+  for (int i = 0; i < 1000; ++i) weights.push_back(std::pow(10., 12 * random(i).x));
+  const Distribution1D d(weights);
+  double sum = 0;
+  for (std::uint32_t i = 0; i < d.size(); ++i) sum += double{d.probability(i)};
+  EXPECT_NEAR(sum, 1, 1e-6);
+  for (std::uint32_t i = 0; i < d.size(); ++i) ASSERT_GE(d.probability(i), 0x1p-31f) << i;
+  // The share of u that chooses an entry, by its ends.
+  double below = 0;
+  for (std::uint32_t i = 0; i < d.size(); ++i) {
+    const double end = below + double{d.probability(i)};
+    if (d.probability(i) > 1e-4f) {
+      EXPECT_EQ(d.sample(below + 1e-6).index, i);
+      EXPECT_EQ(d.sample(end - 1e-6).index, i);
+    }
+    below = end;
+  }
+}

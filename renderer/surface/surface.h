@@ -26,12 +26,12 @@ struct Point {
   float distance = 0;  // along the ray, in units of its direction's length
   math::Vec3 geometric_normal;  // world, on the side the ray came from
   bool front = true;            // whether that is the front
-  math::Vec3 normal;      // world: smooth and normal-mapped, on the ray's side, before bending
-  math::Frame frame;      // shading: z the bent normal, x the rotated tangent
+  math::Vec3 normal;            // world: smooth and normal-mapped, on the ray's side, before bending
+  math::Frame frame;            // shading: z the bent normal, x the rotated tangent
   bsdf::Normals normals;        // in `frame`
   math::Vec2 texcoord{0, 0};
   bsdf::Parameters material;
-  int plain_material = -1;  // index of the scene's material if `material` is what it says, untextured
+  int plain_material = -1;       // index of the scene's material if `material` is what it says, untextured
   math::Vec3 emission{0, 0, 0};  // radiance towards the ray's origin
   int instance = 0, triangle = 0;
 };
