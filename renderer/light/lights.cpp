@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <map>
 
 #include "math/warp.h"
@@ -75,8 +74,8 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
               y,
               p[k] + (x + y) * .5f,
               math::sqr(.5f * near_radii) * dot(x - y, x - y),
-              glm::length(DVec3(x)),
-              glm::length(DVec3(y)),
+              math::length(DVec3(x)),
+              math::length(DVec3(y)),
               shape.normal,
               shape.area,
               instance,

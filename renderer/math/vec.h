@@ -32,6 +32,7 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline float length(const Vec3& v) { return std::sqrt(dot(v, v)); }
+inline double length(const DVec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 inline Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
 inline Vec3 smaller(const Vec3& a, const Vec3& b) {  // of each component
