@@ -1,6 +1,6 @@
 // Discrete distribution: an index chosen with probability proportional to its weight, by inverting the
 // cumulative sum. The inverse is monotone, so well distributed numbers stay well distributed (an alias table,
-// as fast, tears neighbours apart: an environment with a sun had three times the variance). A guide table
+// as fast, tears neighbours apart: an environment with a sun had 2.4 times the variance). A guide table
 // says where the search begins: on average half of `guided` steps remain, whatever the weights (Chen & Asau
 // 1974; Devroye 1986, "Non-Uniform Random Variate Generation", III.2.4).
 #pragma once
