@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -257,6 +258,8 @@ TEST_F(Environment, HeadersThatLieAreRefusedBeforeOpenExrSeesThem) {
       {with(magic, 5, "\2"), "tiles where there are any"},
       {with(channels, 16, "\x65\x74\x61\x65"), "attribute channels to end in the file"},
       {with(channels, 16, "\xff\xff\xff\xff"), "attribute channels to end in the file"},
+      {with(channels, 16, std::string("\x36\0\0\0", 4)), "attribute channels of type chlist and its length"},
+      {with(window, 17, std::string("\x0f\0\0\0", 4)), "attribute dataWindow of type box2i and its length"},
       {with(channels, 0, "x"), "cannot read"},
       {with(window, 21 + 8, "\xff\xff\xff\x7f"), "header: wanted a size"},
       {with(window, 21 + 12, std::string("\xff\x3f\0\0", 4)), "a table of "},
@@ -264,6 +267,28 @@ TEST_F(Environment, HeadersThatLieAreRefusedBeforeOpenExrSeesThem) {
       {with(compression, 28, "\x4d"), "a known compression, found 77"}};
   for (const auto& [said, wanted] : bad)
     EXPECT_NE(said.find(wanted), std::string::npos) << wanted << ": " << said;
+}
+
+// What other programs write into headers, and the same with a length that lies within.
+TEST_F(Environment, PreviewsAndListsOfStringsMayStandInAHeader) {
+  image::write_exr(path("sky.exr"), {pattern(8, 4, 1), {}, {}, {}});
+  const std::string whole = bytes(path("sky.exr"));
+  const auto with = [&](const std::string& type, const std::string& data) {
+    const std::string attribute = "x" + std::string(1, '\0') + type + std::string(1, '\0') +
+                                  std::string{static_cast<char>(data.size()), 0, 0, 0} + data;
+    std::ofstream(path("more.exr"), std::ios::binary) << whole.substr(0, 8) << attribute << whole.substr(8);
+    return error_of([&] { image::read_environment(path("more.exr")); });
+  };
+  // The places of the blocks in the file are those without the attribute: reading fails behind the header.
+  for (const auto& [type, good, bad] :
+       {std::array<std::string, 3>{"preview", {"\1\0\0\0\1\0\0\0abcd", 12}, {"\1\0\0\0\2\0\0\0abcd", 12}},
+        {"stringvector", {"\1\0\0\0a\2\0\0\0bc", 11}, {"\1\0\0\0a\3\0\0\0bc", 11}},
+        {"stringvector", "", {"\xff\xff\xff\x7f", 4}},
+        {"unheard of", "anything", {"\0", 0}}}) {
+    EXPECT_EQ(with(type, good).find("of the OpenEXR header"), std::string::npos) << with(type, good);
+    if (bad.empty()) continue;
+    EXPECT_NE(with(type, bad).find("of the OpenEXR header"), std::string::npos) << with(type, bad);
+  }
 }
 
 TEST_F(Environment, EveryPrefixOfAFileIsRefused) {

@@ -3,6 +3,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -195,6 +197,47 @@ void check_jpeg(Bytes bytes, const std::string& what, const Limits& limits) {
   base::fail(what, ": wanted a JPEG frame header, found none");
 }
 
+namespace {
+
+// What OpenEXR reads of an attribute of these types, whatever length the file says; of others, that length.
+constexpr std::pair<std::string_view, std::int64_t> exr_sizes[] = {{"box2f", 16},
+                                                                   {"box2i", 16},
+                                                                   {"chromaticities", 32},
+                                                                   {"compression", 1},
+                                                                   {"deepImageState", 1},
+                                                                   {"double", 8},
+                                                                   {"envmap", 1},
+                                                                   {"float", 4},
+                                                                   {"int", 4},
+                                                                   {"keycode", 28},
+                                                                   {"lineOrder", 1},
+                                                                   {"m33d", 72},
+                                                                   {"m33f", 36},
+                                                                   {"m44d", 128},
+                                                                   {"m44f", 64},
+                                                                   {"rational", 8},
+                                                                   {"tiledesc", 9},
+                                                                   {"timecode", 8},
+                                                                   {"v2d", 16},
+                                                                   {"v2f", 8},
+                                                                   {"v2i", 8},
+                                                                   {"v3d", 24},
+                                                                   {"v3f", 12},
+                                                                   {"v3i", 12}};
+
+// Length of the list of channels, each a name and 16 bytes, that begins the data; 0 if it does not end.
+std::int64_t length_of_channels(Bytes data) {
+  for (auto at = data.begin(); at != data.end();) {
+    if (*at == 0) return at - data.begin() + 1;
+    at = std::find(at, data.end(), 0);
+    if (data.end() - at < 18) break;
+    at += 17;
+  }
+  return 0;
+}
+
+}  // namespace
+
 void check_exr(Bytes head, std::uint64_t size, const std::string& what, const Limits& limits) {
   std::size_t at = 0;
   const auto want = [&](bool holds, const auto&... wanted) {
@@ -230,14 +273,30 @@ void check_exr(Bytes head, std::uint64_t size, const std::string& what, const Li
     at += 4;
     want(length >= 0 && length <= static_cast<std::int64_t>(head.size() - at), "attribute ", key,
          " to end in the file, found ", length, " bytes of it");
-    if (key == "dataWindow" && type == "box2i" && length == 16) {
+    std::int64_t read = length;
+    for (const auto& [known, bytes] : exr_sizes)
+      if (type == known) read = bytes;
+    const Bytes data = head.subspan(at, static_cast<std::size_t>(length));
+    if (type == "chlist") read = length_of_channels(data);
+    if (type == "preview") {  // width, height, then four bytes each
+      const std::int64_t columns = length < 8 ? -1 : number(at), rows = length < 8 ? -1 : number(at + 4);
+      read = columns < 0 || rows < 0 || columns > 65536 || rows > 65536 ? -1 : 8 + 4 * columns * rows;
+    }
+    if (type == "stringvector") {  // each its length and its letters
+      for (read = 0; read >= 0 && read + 4 <= length;) {
+        const std::int64_t letters = number(at + static_cast<std::size_t>(read));
+        read = letters < 0 ? -1 : read + 4 + letters;
+      }
+    }
+    want(read == length, "attribute ", key, " of type ", type, " and its length, found ", length, " bytes");
+    if (key == "dataWindow" && type == "box2i") {
       width = number(at + 8) - number(at) + 1, height = number(at + 12) - number(at + 4) + 1;
       check_size(what, width, height, limits);
-    } else if (key == "compression" && length == 1) {
+    } else if (key == "compression" && type == "compression") {
       constexpr int lines_of[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
       want(head[at] < std::size(lines_of), "a known compression, found ", int{head[at]});
       lines = lines_of[head[at]];
-    } else if (key == "tiles" && length == 9) {
+    } else if (key == "tiles" && type == "tiledesc") {
       tile_width = number(at), tile_height = number(at + 4);
       want(tile_width > 0 && tile_height > 0, "tiles of a size, found ", tile_width, " x ", tile_height);
     }
