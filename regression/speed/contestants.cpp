@@ -52,7 +52,7 @@ std::vector<Contestant> default_contestants(const std::string& suite, const std:
   const std::string command =
       quoted(program) +
       " {scene} -o {out} --width {width} --height {height} --spp {spp} --seed {seed} "
-      "--depth {depth} --threads {threads} --shader principled --json --quiet";
+      "--depth {depth} --threads {threads} --shader principled --max-memory 16 --json --quiet";
   std::vector<Contestant> all;
   Contestant assay{"assay", "assay", true, 4, 256, 64, suite::RendererCommand::from_template(command + " --replicates 1"),
                    {},      {}};
