@@ -244,7 +244,7 @@ TEST(Session, what_cannot_be_loaded_is_an_error_and_no_thread_is_left) {
 TEST(Session, a_point_names_the_material_that_is_seen_there) {
   Session session(small());
   ASSERT_TRUE(session.wait(1, 1, 1));
-  std::optional<surface::Point> middle, above;
+  std::optional<surface::Point> middle;
   for (int i = 0; i < 1000 && !middle; ++i) middle = session.pick(.5f, .5f);
   ASSERT_TRUE(middle);
   const scene::Material& green =
