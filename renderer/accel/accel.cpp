@@ -27,15 +27,10 @@ bool valid(const Ray& r, float limit) {
 // component that a ray may have before; 0 for a matrix that has no inverse, or one that enlarges 1e12 times.
 float limit_of(const math::Mat4& to_world) {
   const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
-  double growth = 1, shift = 0;
-  for (int row = 0; row < 3; ++row) {
-    growth = std::fmax(growth,
-                       std::fabs(inverse[0][row]) + std::fabs(inverse[1][row]) + std::fabs(inverse[2][row]));
-    shift = std::fmax(shift, std::fabs(inverse[3][row]));
-    for (int column = 0; column < 4; ++column)
-      if (!std::isfinite(inverse[column][row])) return 0;
-  }
-  if (!(growth < 1e12) || !(shift < embree_limit / 4)) return 0;
+  const double growth = std::fmax(1., math::growth(inverse));
+  for (int row = 0; row < 3; ++row)
+    if (!(std::fabs(inverse[3][row]) < embree_limit / 4)) return 0;
+  if (!(growth < 1e12)) return 0;
   return static_cast<float>(embree_limit / (2 * growth));
 }
 

@@ -32,17 +32,6 @@ double determinant(const DMat4& m) {
          m[2][0] * (m[0][1] * m[1][2] - m[1][1] * m[0][2]);
 }
 
-// How many times the inverse enlarges the largest component of a vector at most; NaN if there is none.
-double growth_of_inverse(const DMat4& m) {
-  const DMat4 inverse = glm::inverse(m);
-  double growth = 0;
-  for (int row = 0; row < 3; ++row) {
-    const double sum = std::fabs(inverse[0][row]) + std::fabs(inverse[1][row]) + std::fabs(inverse[2][row]);
-    if (!(sum <= growth)) growth = sum;
-  }
-  return growth;
-}
-
 // tinygltf sees the structure alone: no byte of data and no name of a file.
 tinygltf::Model parse(const Document& document) {
   tinygltf::Model model;
@@ -114,7 +103,7 @@ class Loader {
   }
 
   void add_instances(const tinygltf::Node& node, const DMat4& to_world, const std::string& place) {
-    if (!(std::fabs(determinant(to_world)) >= FLT_MIN) || !(growth_of_inverse(to_world) < 5e11))
+    if (!(std::fabs(determinant(to_world)) >= FLT_MIN) || !(math::growth(glm::inverse(to_world)) < 5e11))
       return source_.warnings.add(place + " is scaled to nothing: left out");
     const auto& primitives = source_.model.meshes[static_cast<size_t>(node.mesh)].primitives;
     for (size_t p = 0; p < primitives.size(); ++p) {

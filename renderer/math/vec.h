@@ -10,6 +10,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 
 namespace math {
 
@@ -73,6 +74,17 @@ inline Vec3 transform_point(const Mat4& m, const Vec3& p) {
 inline Vec3 transform_vector(const Mat4& m, const Vec3& v) {
   return {m[0].x * v.x + m[1].x * v.y + m[2].x * v.z, m[0].y * v.x + m[1].y * v.y + m[2].y * v.z,
           m[0].z * v.x + m[1].z * v.y + m[2].z * v.z};
+}
+
+// How many times a matrix enlarges the largest component of a vector at most; infinite if it is not finite.
+inline double growth(const DMat4& m) {
+  double most = 0;
+  for (int row = 0; row < 3; ++row) {
+    const double sum = std::fabs(m[0][row]) + std::fabs(m[1][row]) + std::fabs(m[2][row]);
+    if (!std::isfinite(sum)) return std::numeric_limits<double>::infinity();
+    most = std::fmax(most, sum);
+  }
+  return most;
 }
 
 }  // namespace math
