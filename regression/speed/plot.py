@@ -2,6 +2,7 @@
 """Draws what `assay speed` measured: plot.py results.json FOLDER writes error.svg and growth.svg there."""
 
 import json
+import math
 import pathlib
 import statistics
 import sys
@@ -10,6 +11,7 @@ import matplotlib
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib import ticker  # noqa: E402
 
 COLORS = {"assay": "#c43b1d", "assay adaptive": "#e8973a", "cycles": "#1f5fa8", "cycles adaptive": "#6fb1e0"}
 OTHERS = ("#4a9c4a", "#8a5cb8", "#777777")
@@ -68,6 +70,13 @@ def growth(series, path):
             points = [(point["x"], point[name][key] / base) for point in one["points"] if name in point]
             axis.plot(*zip(*points), "o-", color=color(name), label=name)
         axis.set(xscale="log", yscale="log", xlabel=one["axis"], ylabel=label + ", first = 1")
+        # Ticks at what was measured; less than a decade needs plain numbers.
+        places = [point["x"] for point in one["points"]]
+        axis.set_xticks(places, ["%g" % x if x < 1e4 else "$10^{%d}$" % round(math.log10(x)) for x in places])
+        axis.xaxis.set_minor_locator(ticker.NullLocator())
+        axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
+        axis.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+        axis.yaxis.set_minor_formatter(ticker.NullFormatter())
     save(figure, axes, path)
 
 
