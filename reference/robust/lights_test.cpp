@@ -183,7 +183,7 @@ TEST(Lights, an_environment_is_continuous_at_the_poles_and_the_seam_and_its_dens
       const auto v = static_cast<float>(1 + .5 * std::sin(theta) * std::cos(phi - 1) + .3 * std::cos(theta));
       e.map.texels[static_cast<size_t>(y * 64 + x)] = math::Vec4(v);
     }
-  const light::Environment env(e);
+  const light::Environment env(e, true);
   double seam = 0, jump = 0;
   for (int i = 0; i < 1000; ++i) {
     const float y = -1 + .002f * static_cast<float>(i), r = std::sqrt(1 - y * y);
@@ -222,7 +222,7 @@ TEST(Lights, an_environment_is_continuous_at_the_poles_and_the_seam_and_its_dens
 TEST(Lights, a_range_of_a_hundred_million_leaves_no_texel_without_its_share) {
   scene::Environment e = map_of(4096, 1, 1);
   e.map.texels[1000] = math::Vec4(1e8f);
-  const light::Environment env(e);
+  const light::Environment env(e, true);
   int missing = 0;
   double total = 0;
   for (int i = 0; i < 4096; ++i) {

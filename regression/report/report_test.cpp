@@ -241,8 +241,8 @@ TEST_F(Report, counts_p_values_in_twenty_bins) {
                 {"image", {{"luminance", {{"p", p}}}}}};
   };
   // 2 and 1 in the first bin: in floating point the two bars are higher than the plot.
-  results[0]["witnesses"] = {witness(.3, false)};
-  for (int i = 1; i < 4; ++i) results[i]["witnesses"] = {witness(.001, i == 1)};
+  results[0]["witnesses"] = Json::array({witness(.3, false)});  // to clang {one} is that one
+  for (int i = 1; i < 4; ++i) results[i]["witnesses"] = Json::array({witness(.001, i == 1)});
   save(results);
   const std::string html = page(build());
   EXPECT_TRUE(contains(html, "Goldens: 10 p-values"));

@@ -195,7 +195,8 @@ Section growth(const json& series) {
     for (const auto& [name, value] : point.items()) {
       if (!value.is_object()) continue;
       if (first.is_null()) first = value;
-      const auto over = [&](const char* key) {
+      const auto over = [&first,
+                         &value = value](const char* key) {  // a binding is not captured by clang 14 as it is
         const double base = first.at(key);
         return base > 0 ? short_number(value.at(key).get<double>() / base) : std::string("–");
       };

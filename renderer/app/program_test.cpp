@@ -313,7 +313,7 @@ TEST_F(ProgramTest, says_that_memory_does_not_suffice) {
       0u)
       << err;
   EXPECT_TRUE(one_error_line()) << err;
-#ifndef __SANITIZE_ADDRESS__  // its shadow does not fit under a limit
+#ifndef ASSAY_SANITIZED  // its shadow does not fit under a limit
   before = "ulimit -v 700000; ";
   EXPECT_EQ(start(scene + " --width 4000 --height 4000 --spp 8 --threads 1 -o " + folder.file("a.exr")), 2);
   EXPECT_EQ(err, "assay-render: error: out of memory\n");

@@ -77,7 +77,7 @@ json scene_of(size_t vertices, size_t nodes, float emission) {
 
 // X13. The files sit just below what is refused, by the limit of memory or by a count: the worst there is.
 TEST(HostileFile, takes_less_than_a_gigabyte) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef ASSAY_SANITIZED
   GTEST_SKIP() << "a sanitizer takes memory of its own";
 #endif
   const Folder folder;

@@ -74,6 +74,9 @@ TEST(Refresh, after_each_of_many_edits_every_bit_is_that_of_a_new_renderer) {
        [&] {
          s.environment = {{"sky", 1, 1, {{.3f, .4f, .5f, 1}}}, 1, 0};
        }},
+      {"path", false, [&] { settings.shader = Shader::path; }},
+      {"no BSDF samples of light: the environment is drawn otherwise", false,
+       [&] { settings.shader = Shader::path_nomis; }},
       {"culled", true, [&] { s.materials[1].double_sided = false; }},
       {"masked", true, [&] { s.materials[1].alpha_mode = scene::AlphaMode::mask; }},
       {"size", false, [&] { settings.width = 20, settings.height = 20; }},

@@ -121,6 +121,8 @@ struct Renderer::Impl {
     const bool first = !accel, other_threads = first || t.threads != settings.threads;
     const bool other_isa = !first && t.fastest_isa != settings.fastest_isa;
     const bool other_model = first || model_of(t.shader) != model_of(settings.shader);
+    const bool light_sampling_only = t.shader == Shader::path_nomis;
+    if ((settings.shader == Shader::path_nomis) != light_sampling_only) lights_changed = true;
     settings = t;
     camera = CameraRays(scene.cameras[static_cast<size_t>(t.camera)], t.width, t.height);
     x0 = t.crop_x, y0 = t.crop_y;
@@ -144,7 +146,8 @@ struct Renderer::Impl {
                                              return surfaces->accepts(r, h, k);
                                            });
       }
-      if (lights_changed || !lights) lights = std::make_unique<light::Lights>(scene, *surfaces);
+      if (lights_changed || !lights)
+        lights = std::make_unique<light::Lights>(scene, *surfaces, light_sampling_only);
     });
     world = std::make_unique<World>(World{*accel,
                                           *surfaces,
@@ -154,7 +157,7 @@ struct Renderer::Impl {
                                           {},
                                           t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
                                           t.hide_environment,
-                                          t.shader == Shader::path_nomis});
+                                          light_sampling_only});
     for (const scene::Material& m : scene.materials)
       world->plain.push_back(bsdf::make(world->model, world->gtr, surface::plain(m)));
     build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -10,7 +10,8 @@ namespace light {
 using math::Vec2;
 using math::Vec3;
 
-Environment::Environment(const scene::Environment& e) : map_(e.map), strength_(e.strength) {
+Environment::Environment(const scene::Environment& e, bool light_sampling_only)
+    : map_(e.map), strength_(e.strength) {
   math::sin_cos(e.rotation, sin_rotation_, cos_rotation_);
   // At least 64 x 32 cells, so that even a constant map is drawn by solid angle.
   const int columns = map_.width * ((63 + map_.width) / map_.width);
@@ -20,7 +21,21 @@ Environment::Environment(const scene::Environment& e) : map_(e.map), strength_(e
     math::sin_cos(static_cast<double>(math::pi) * j / rows, s, c);
     cos_edge_.push_back(static_cast<float>(c));
   }
-  // A cell's weight is the mean of nine bilinear look-ups, so that no cell which shows light has weight zero.
+  const auto solid_angle = [&](int j) {  // of a cell
+    return 2 * 3.14159265358979 / columns *
+           (static_cast<double>(cos_edge_[static_cast<size_t>(j)]) - cos_edge_[static_cast<size_t>(j) + 1]);
+  };
+  // The threshold is no less than the mean, so that of a constant map nothing is drawn.
+  double threshold = 0;
+  if (!light_sampling_only) {
+    for (int j = 0; j < rows; ++j) {
+      double sum = 0;
+      for (int i = 0; i < map_.width; ++i) sum += math::luminance(texel(i, j * map_.height / rows));
+      threshold += sum / map_.width * (solid_angle(j) * columns) / (4 * 3.14159265358979);
+    }
+    threshold *= 1 + 1e-4;
+  }
+  // A cell's weight is the mean of nine bilinear look-ups, so that no cell which shows light is overlooked.
   const float sx = static_cast<float>(map_.width) / static_cast<float>(columns);
   const float sy = static_cast<float>(map_.height) / static_cast<float>(rows);
   std::vector<double> row_flux, weights(static_cast<size_t>(columns));
@@ -31,16 +46,18 @@ Environment::Environment(const scene::Environment& e) : map_(e.map), strength_(e
         for (const float a : {.02f, .5f, .98f})
           sum +=
               math::luminance(bilinear((static_cast<float>(i) + a) * sx, (static_cast<float>(j) + b) * sy));
-      weights[static_cast<size_t>(i)] = sum / 9;
+      weights[static_cast<size_t>(i)] = std::max(0., sum / 9 - threshold);
     }
     columns_.emplace_back(weights);
-    const double solid_angle =  // of a cell
-        2 * 3.14159265358979 / columns *
-        (static_cast<double>(cos_edge_[static_cast<size_t>(j)]) - cos_edge_[static_cast<size_t>(j) + 1]);
-    row_flux.push_back(columns_.back().sum() * solid_angle);
+    row_flux.push_back(columns_.back().sum() * solid_angle(j));
   }
   rows_ = math::Distribution1D(row_flux);
-  mean_luminance_ = rows_.sum() / (4 * 3.14159265358979) * strength_;
+  drawn_luminance_ = rows_.sum() / (4 * 3.14159265358979) * strength_;
+}
+
+Vec3 Environment::texel(int column, int row) const {
+  return Vec3(
+      map_.texels[static_cast<size_t>(row) * static_cast<size_t>(map_.width) + static_cast<size_t>(column)]);
 }
 
 Vec3 Environment::bilinear(float x, float y) const {
@@ -48,13 +65,10 @@ Vec3 Environment::bilinear(float x, float y) const {
   const float a = x - .5f - fx, b = y - .5f - fy;
   const auto column = [&](int i) { return i < 0 ? i + map_.width : i >= map_.width ? i - map_.width : i; };
   const auto row = [&](int j) { return std::clamp(j, 0, map_.height - 1); };
-  const auto texel = [&](int i, int j) {
-    return Vec3(map_.texels[static_cast<size_t>(row(j)) * static_cast<size_t>(map_.width) +
-                            static_cast<size_t>(column(i))]);
-  };
-  const int i = static_cast<int>(fx), j = static_cast<int>(fy);
-  return (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
-         (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
+  const int i = column(static_cast<int>(fx)), i1 = column(static_cast<int>(fx) + 1);
+  const int j = row(static_cast<int>(fy)), j1 = row(static_cast<int>(fy) + 1);
+  return (texel(i, j) * (1 - a) + texel(i1, j) * a) * (1 - b) +
+         (texel(i, j1) * (1 - a) + texel(i1, j1) * a) * b;
 }
 
 // World direction to map coordinates in [0,1]: u = 1/2 + atan2(z, x) / 2 pi, v = acos(y) / pi.
@@ -82,7 +96,7 @@ float Environment::cell_pdf(std::uint32_t row, std::uint32_t column) const {
 }
 
 Environment::Seen Environment::look(const Vec3& d) const {
-  if (black()) return {radiance(d), 0};
+  if (!sampled()) return {radiance(d), 0};
   const Vec2 uv = to_uv(d);
   const auto cell = [](float u, std::uint32_t n) {
     return std::min(static_cast<std::uint32_t>(u * static_cast<float>(n)), n - 1);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "math/sampler.h"
 
@@ -27,7 +28,7 @@ scene::Environment sky(float rotation = .7f) {
 
 TEST(Environment, what_a_sample_says_is_what_its_direction_shows) {
   const scene::Environment e = sky();
-  const Environment environment(e);
+  const Environment environment(e, true);
   for (int i = 0; i < 20000; ++i) {
     const math::Vec4 u = math::Sampler(math::Sampler::Kind::random, 1, i, 0, 0, 0).get(0);
     const Environment::Sample s = environment.sample(u.x, u.y);
@@ -48,7 +49,7 @@ TEST(Environment, what_a_sample_says_is_what_its_direction_shows) {
 // The mean of radiance over density is the light of the whole sphere: a sum of the map over fine cells.
 TEST(Environment, samples_bring_all_of_its_light) {
   const scene::Environment e = sky();
-  const Environment environment(e);
+  const Environment environment(e, true);
   double wanted = 0;
   constexpr int rows = 1280, columns = 2560;
   for (int j = 0; j < rows; ++j) {
@@ -75,7 +76,7 @@ TEST(Environment, samples_bring_all_of_its_light) {
 // its four edges. Chosen at random the count would have a standard deviation of 4: an alias table's did.
 TEST(Environment, the_suns_share_of_sobol_samples_is_its_share_of_light) {
   const scene::Environment e = sky(0);
-  const Environment environment(e);
+  const Environment environment(e, true);
   const Vec3 sun = [] {
     const float phi = 2 * math::pi * (41.5f / 128 - .5f), theta = math::pi * 13 / 64;
     return Vec3(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
@@ -94,6 +95,45 @@ TEST(Environment, the_suns_share_of_sobol_samples_is_its_share_of_light) {
   EXPECT_GT(mean, 16);
   EXPECT_LT(mean, 60);
   EXPECT_LT(deviation, 1.2);
+}
+
+// A bright belt over an even ground: the density in it is what it has above the mean over the flux of that,
+// by double precision, and nothing else is drawn.
+TEST(Environment, beside_bsdf_samples_only_what_lies_above_the_mean_is_drawn) {
+  scene::Environment e;
+  e.map.width = 64, e.map.height = 256;
+  const auto in_belt = [](int row) { return row >= 64 && row < 128; };
+  for (int y = 0; y < 256; ++y)
+    for (int x = 0; x < 64; ++x) e.map.texels.push_back(math::Vec4(Vec3(in_belt(y) ? 5.f : 1.f), 1));
+  const Environment environment(e, false);
+  ASSERT_TRUE(environment.sampled());
+
+  const double belt = std::sqrt(.5) / 2;  // its share of the sphere: z from 0 to cos 45 degrees
+  const double mean = 1 + 4 * belt, drawn = (5 - mean) * belt;
+  EXPECT_NEAR(environment.drawn_luminance() / drawn, 1, .01);  // cells at its edges are bilinear means
+  const Vec3 inside(.8f, .6f, 0), outside(.8f, -.6f, 0);
+  EXPECT_NEAR(environment.look(inside).pdf * (belt * 4 * std::numbers::pi), 1, .01);
+  EXPECT_EQ(environment.look(outside).pdf, 0);
+  EXPECT_EQ(environment.look(outside).radiance.x, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const math::Vec4 u = math::Sampler(math::Sampler::Kind::random, 1, i, 0, 0, 0).get(0);
+    const Environment::Sample s = environment.sample(u.x, u.y);
+    const double row = std::acos(double{s.direction.y}) / std::numbers::pi * 256;
+    ASSERT_TRUE(row > 63 && row < 129) << row;
+    ASSERT_GT(s.seen.pdf, 0);
+  }
+}
+
+TEST(Environment, an_even_one_is_left_to_bsdf_samples_unless_there_are_none) {
+  scene::Environment e;
+  e.map.width = 16, e.map.height = 8;
+  for (int i = 0; i < 300; ++i) {  // however its bilinear mean is rounded
+    const float grey = .00713f * static_cast<float>(i + 1);
+    e.map.texels.assign(16 * 8, math::Vec4(Vec3(grey), 1));
+    EXPECT_FALSE(Environment(e, false).sampled()) << grey;
+  }
+  ASSERT_TRUE(Environment(e, true).sampled());
+  EXPECT_NEAR(Environment(e, true).look(Vec3(.6f, -.8f, 0)).pdf * 4 * math::pi, 1, 1e-4);
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
   return found;
 }
 
-Lights::Lights(const scene::Scene& scene, const surface::Surfaces& surfaces)
+Lights::Lights(const scene::Scene& scene, const surface::Surfaces& surfaces, bool light_sampling_only)
     : scene_(scene), surfaces_(surfaces) {
   std::vector<Bounds> near;
   std::vector<Distant> distant;
@@ -147,11 +147,10 @@ Lights::Lights(const scene::Scene& scene, const surface::Surfaces& surfaces)
     }
   }
   // A black environment (or strength) is kept for what it shows and never sampled.
-  if (scene.environment) environment_.emplace(*scene.environment);
-  samples_environment_ = environment_ && !environment_->black() && scene.environment->strength > 0;
-  // BSDF samples find about half of the environment's light, and none of a lamp's.
+  if (scene.environment) environment_.emplace(*scene.environment, light_sampling_only);
+  samples_environment_ = environment_ && environment_->sampled() && scene.environment->strength > 0;
   if (samples_environment_)
-    distant.push_back({.5f * static_cast<float>(environment_->mean_luminance()) * math::pi, Vec3(0)});
+    distant.push_back({static_cast<float>(environment_->drawn_luminance()) * math::pi, Vec3(0)});
   tree_ = Tree(std::move(near), std::move(distant));
 }
 

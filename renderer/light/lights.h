@@ -25,8 +25,8 @@ struct Sample {
 
 class Lights {
  public:
-  // Keeps references.
-  Lights(const scene::Scene& scene, const surface::Surfaces& surfaces);
+  // Keeps references. light_sampling_only: no BSDF samples find light, so all of it is drawn here.
+  Lights(const scene::Scene& scene, const surface::Surfaces& surfaces, bool light_sampling_only = false);
 
   bool empty() const { return tree_.empty(); }
   // Draws a light and a point on it; nullopt if it sends nothing to the receiver. u_choice, u, v in [0,1).

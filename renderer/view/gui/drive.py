@@ -99,8 +99,7 @@ def run(display):
     generation = v.last()["state"]["generation"]
     v.click("tab Picture")
     v.click("camera")
-    time.sleep(.3)
-    v.click(next(name for name in v.last()["items"] if name.startswith("camera: 0")), .1)
+    v.click(v.named("camera: 0"), .1)
     check(v.shown(generation + 1)["camera"] == "0", "the camera menu switches back")
 
     # A click picks the material; its slider changes the picture.

@@ -110,6 +110,18 @@ class Viewer:
                          and s["frame"]["samples"] >= samples
                          and s["frame"]["generation"] == s["generation"] >= (generation or 1))
 
+    def named(self, start):
+        """The name of the control that begins so, once it is there: a menu's take a frame to appear."""
+        end = time.time() + PATIENCE
+        while time.time() < end:
+            line = self.last()
+            for name in line["items"] if line else ():
+                if name.startswith(start):
+                    return name
+            time.sleep(.03)
+        self.display.screenshot("failed")
+        sys.exit(f"not within {PATIENCE} s: a control named {start}...")
+
     def item(self, name):
         """Where a control is, once it rests: a list that opens scrolls to what is chosen."""
         end, last, since = time.time() + PATIENCE, None, 0
