@@ -48,7 +48,9 @@ void check_memory(const Options& options) {
   const integrator::Settings& r = options.render;
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
-  const double gigabytes = film_bytes * width * height * r.replicates * films_of(options) / 1e9;
+  const int of_the_pilot = options["adaptive"] && r.replicates == 2 ? 2 : 0;
+  const double gigabytes =
+      film_bytes * width * height * r.replicates * (films_of(options) + of_the_pilot) / 1e9;
   const double there =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e9;
   if (gigabytes > there)
@@ -154,16 +156,25 @@ Result run(Options& options, Stage& stage, Console& console) {
   const double until = adaptive ? limit / 4 : limit;
   const bool single = adaptive && replicates == 2;  // the halves are one replicate each: no spread between
   const int least = single ? 2 : 1;
-  int each = 0, early_each = 0;
-  std::optional<image::Film> early;  // the film as it was before the last pass
+  int each = 0;
+  // With one replicate to a half: the film as it was at a quarter and half of the pilot, where passes end
+  // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
+  // promise that, as it was before the last pass.
+  std::vector<integrator::NoiseMap::Early> early;
+  const bool timed = options.has("time");
+  const auto mark_after = [everywhere](int samples) {
+    for (const int mark : {everywhere / 4, everywhere / 2})
+      if (mark > samples) return mark;
+    return everywhere;
+  };
   while (each < everywhere && !result.partial && (each < least || since(render_start) < until)) {
     const double elapsed = since(render_start);
     int count =
         each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
-    if (single && each > 0) {
-      count = std::min(count, each);
-      early = film;
-      early_each = each;
+    if (single) {
+      count = std::min(count, timed ? std::max(each, 1) : mark_after(each) - each);
+      if (timed) early.clear();
+      if (each > 0 && (timed || mark_after(each - 1) == each)) early.push_back({film, each});
     }
     const int first = each;
     each += count;
@@ -176,7 +187,7 @@ Result run(Options& options, Stage& stage, Console& console) {
     film.weigh_replicates_alike();
     for (image::Film& part : parts) part.weigh_replicates_alike();
     const auto half_says = [&](int half) {
-      return single ? integrator::NoiseMap(film, half, each, *early, early_each)
+      return single ? integrator::NoiseMap(film, half, each, early)
                     : integrator::NoiseMap(film, half, 2, each);
     };
     const integrator::NoiseMap says[2] = {half_says(0), half_says(1)};

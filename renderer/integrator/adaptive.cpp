@@ -61,19 +61,27 @@ NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples) :
   finish(variance, mean);
 }
 
-NoiseMap::NoiseMap(const image::Film& pilot, int replicate, int samples, const image::Film& early,
-                   int early_samples)
+NoiseMap::NoiseMap(const image::Film& pilot, int replicate, int samples, std::span<const Early> early)
     : NoiseMap(pilot, samples) {
-  assert(0 < early_samples && early_samples < samples);
+  assert(!early.empty() && early.back().samples < samples);
   std::vector<double> variance;
   double mean = 0;
-  const double n = samples, before = early_samples, after = n - before;
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
-      const glm::dvec3 all(pilot.replicate_mean(x, y, replicate)), a(early.replicate_mean(x, y, replicate));
-      const glm::dvec3 difference = (all * n - a * before) / after - a;
-      const glm::dvec3 square = difference * difference / (1 / before + 1 / after);
-      variance.push_back((square.x + square.y + square.z) / 3);
+      const glm::dvec3 all(pilot.replicate_mean(x, y, replicate));
+      glm::dvec3 squares(0), before(0);  // before: the sum of the groups so far
+      int first = 0;
+      const auto add_group = [&](const glm::dvec3& sum, int last) {
+        const double n = last - first;
+        const glm::dvec3 difference = (sum - before) / n - all;
+        squares += n * difference * difference;
+        before = sum, first = last;
+      };
+      for (const Early& e : early)
+        add_group(glm::dvec3(e.film.replicate_mean(x, y, replicate)) * static_cast<double>(e.samples),
+                  e.samples);
+      add_group(all * static_cast<double>(samples), samples);
+      variance.push_back((squares.x + squares.y + squares.z) / (3 * static_cast<double>(early.size())));
       mean += (all.x + all.y + all.z) / 3;
     }
   finish(variance, mean);

@@ -9,6 +9,7 @@
 // estimate of the variance, and counts are a function of scene, settings and seed alone.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "image/film.h"
@@ -20,10 +21,14 @@ class NoiseMap {
  public:
   // Of replicates first, first + step, ...; at least two. Each has `samples` samples.
   NoiseMap(const image::Film& pilot, int first, int step, int samples);
-  // Of one replicate, by how its first `early_samples`, which `early` holds, and the others differ.
-  // Stratified as they are they differ by more than two replicates would: good for counts, not for
-  // mean_for_noise.
-  NoiseMap(const image::Film& pilot, int replicate, int samples, const image::Film& early, int early_samples);
+  // Of one replicate, by how its samples between one film of `early` and the next differ: a film, and how
+  // many samples each pixel of a replicate had then, at least one film, in their order. Stratified as they
+  // are they differ by more than two replicates would: good for counts, not for mean_for_noise.
+  struct Early {
+    image::Film film;
+    int samples;
+  };
+  NoiseMap(const image::Film& pilot, int replicate, int samples, std::span<const Early> early);
 
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;

@@ -111,11 +111,11 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
   }
 }
 
-// Two replicates of 8 samples, of which 4 came early: what the other's halves say.
-TEST(Adaptive, with_two_replicates_their_halves_show_the_noise_and_no_light_is_lost) {
-  constexpr int each = 8, early_each = 4;
+// Two replicates of 8 samples, of which 2 and 5 came early: what the other's three groups say.
+TEST(Adaptive, with_two_replicates_their_parts_show_the_noise_and_no_light_is_lost) {
+  constexpr int each = 8;
   const auto picture = [&](std::uint32_t seed, double* ratio) {
-    image::Film film(size, size, 2), early = film;
+    image::Film film(size, size, 2);
     const auto add = [&](int x, int y, int r, int first, int last) {
       for (int i = first; i < last; ++i) film.add(x, y, r, firefly(seed, x, y, r, i));
     };
@@ -124,11 +124,15 @@ TEST(Adaptive, with_two_replicates_their_halves_show_the_noise_and_no_light_is_l
         for (int x = 0; x < size; ++x)
           for (int r = 0; r < 2; ++r) body(x, y, r);
     };
-    everywhere([&](int x, int y, int r) { add(x, y, r, 0, early_each); });
-    early = film;
-    everywhere([&](int x, int y, int r) { add(x, y, r, early_each, each); });
+    std::vector<NoiseMap::Early> early;
+    int done = 0;
+    for (const int until : {2, 5, each}) {
+      if (done > 0) early.push_back({film, done});
+      everywhere([&](int x, int y, int r) { add(x, y, r, done, until); });
+      done = until;
+    }
     film.weigh_replicates_alike();
-    const NoiseMap says[2] = {{film, 0, each, early, early_each}, {film, 1, each, early, early_each}};
+    const NoiseMap says[2] = {{film, 0, each, early}, {film, 1, each, early}};
     const double level[2] = {says[0].level_of_mean(40), says[1].level_of_mean(40)};
     double counts[2] = {0, 0};
     everywhere([&](int x, int y, int r) {
