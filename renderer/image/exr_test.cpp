@@ -273,8 +273,8 @@ TEST_F(Environment, HeadersThatLieAreRefusedBeforeOpenExrSeesThem) {
 TEST_F(Environment, PreviewsAndListsOfStringsMayStandInAHeader) {
   image::write_exr(path("sky.exr"), {pattern(8, 4, 1), {}, {}, {}});
   const std::string whole = bytes(path("sky.exr"));
-  const auto with = [&](const std::string& type, const std::string& data) {
-    const std::string attribute = "x" + std::string(1, '\0') + type + std::string(1, '\0') +
+  const auto with = [&](const std::string& type, const std::string& data, const std::string& name = "x") {
+    const std::string attribute = name + std::string(1, '\0') + type + std::string(1, '\0') +
                                   std::string{static_cast<char>(data.size()), 0, 0, 0} + data;
     std::ofstream(path("more.exr"), std::ios::binary) << whole.substr(0, 8) << attribute << whole.substr(8);
     return error_of([&] { image::read_environment(path("more.exr")); });
@@ -288,6 +288,15 @@ TEST_F(Environment, PreviewsAndListsOfStringsMayStandInAHeader) {
     EXPECT_EQ(with(type, good).find("of the OpenEXR header"), std::string::npos) << with(type, good);
     if (bad.empty()) continue;
     EXPECT_NE(with(type, bad).find("of the OpenEXR header"), std::string::npos) << with(type, bad);
+  }
+  // Names, too, have an end: an error that quotes one stays short.
+  for (const std::string::size_type length : {255, 256}) {
+    const std::string long_name(length, 'n');
+    const std::string said[] = {with("text", "anything", long_name), with(long_name, "anything")};
+    for (const std::string& error : said)
+      EXPECT_EQ(error.find("wanted a name of at most 255 characters, found 256") != std::string::npos,
+                length == 256)
+          << error;
   }
 }
 

@@ -254,6 +254,7 @@ void check_exr(Bytes head, std::uint64_t size, const std::string& what, const Li
     const auto end = std::find(head.begin() + static_cast<std::ptrdiff_t>(at), head.end(), 0);
     want(end != head.end(), "a name, found no end of one");
     std::string text(head.begin() + static_cast<std::ptrdiff_t>(at), end);
+    want(text.size() <= 255, "a name of at most 255 characters, found ", text.size());  // as OpenEXR does
     at += text.size() + 1;
     return text;
   };
