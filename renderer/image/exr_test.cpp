@@ -267,6 +267,13 @@ TEST_F(Environment, HeadersThatLieAreRefusedBeforeOpenExrSeesThem) {
       {with(compression, 28, "\x4d"), "a known compression, found 77"}};
   for (const auto& [said, wanted] : bad)
     EXPECT_NE(said.find(wanted), std::string::npos) << wanted << ": " << said;
+
+  // A list of channels that ends, with the file, within a channel.
+  std::string cut = whole.substr(0, whole.find(channels) + 16 + 4 + 0x30);
+  cut[whole.find(channels) + 16] = 0x30;
+  std::ofstream(path("bad.exr"), std::ios::binary) << cut;
+  EXPECT_NE(error_of([&] { image::read_environment(path("bad.exr")); }).find("type chlist and its length"),
+            std::string::npos);
 }
 
 // What other programs write into headers, and the same with a length that lies within.
