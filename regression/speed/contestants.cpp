@@ -59,7 +59,7 @@ std::vector<Contestant> default_contestants(const std::string& suite, const std:
   all.push_back(assay);
   if (knows_option(program, "--adaptive ")) {
     assay.name = "assay adaptive", assay.is_reference = false;
-    assay.command = suite::RendererCommand::from_template(command + " --replicates 2 --adaptive");
+    assay.command = suite::RendererCommand::from_template(command + " --replicates 1 --adaptive");
     assay.first = 16;  // a quarter of the samples goes to each replicate
     all.push_back(assay);
   }

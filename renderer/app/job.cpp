@@ -154,10 +154,10 @@ Result run(Options& options, Stage& stage, Console& console) {
   const int everywhere =
       adaptive ? settings.spp / replicates / 4 : settings.spp / replicates;  // of a replicate
   const double until = adaptive ? limit / 4 : limit;
-  const bool single = adaptive && replicates == 2;  // the halves are one replicate each: no spread between
-  const int least = single ? 2 : 1;
+  const bool few = adaptive && replicates < 4;  // to tell the noise by their spread
+  const int least = few ? 2 : 1;
   int each = 0;
-  // With one replicate to a half: the film as it was at a quarter and half of the pilot, where passes end
+  // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
   // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
   // promise that, as it was before the last pass.
   std::vector<integrator::NoiseMap::Early> early;
@@ -171,7 +171,7 @@ Result run(Options& options, Stage& stage, Console& console) {
     const double elapsed = since(render_start);
     int count =
         each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
-    if (single) {
+    if (few) {
       count = std::min(count, timed ? std::max(each, 1) : mark_after(each) - each);
       if (timed) early.clear();
       if (each > 0 && (timed || mark_after(each - 1) == each)) early.push_back({film, each});
@@ -182,37 +182,38 @@ Result run(Options& options, Stage& stage, Console& console) {
          everywhere * replicates);
   }
 
-  // The rest where each half of the replicates finds the other half noisy.
+  // The rest where the pixels of the other colour find noise.
   if (adaptive && !result.partial) {
-    film.weigh_replicates_alike();
-    for (image::Film& part : parts) part.weigh_replicates_alike();
-    const auto half_says = [&](int half) {
-      return single ? integrator::NoiseMap(film, half, each, early)
-                    : integrator::NoiseMap(film, half, 2, each);
+    const auto color_says = [&](int color) {
+      return few ? integrator::NoiseMap(film, color, each, early)
+                 : integrator::NoiseMap(film, color, each, 0, 1);
     };
-    const integrator::NoiseMap says[2] = {half_says(0), half_says(1)};
-    double last[2];  // mean samples of a replicate in the end: what `says` this half decides of the other
-    for (int half = 0; half < 2; ++half) {
-      last[half] = static_cast<double>(settings.spp) / replicates;
+    const integrator::Plan plan(color_says(0), color_says(1));
+    std::array<double, 2> last;  // mean samples of a replicate in the end, as each color decides
+    for (const int color : {0, 1}) {
+      double& samples = last[static_cast<size_t>(color)];
+      samples = static_cast<double>(settings.spp) / replicates;
       if (!options.has("noise")) continue;
-      const integrator::NoiseMap quarters[2] = {{film, half, 4, each}, {film, half + 2, 4, each}};
+      // Half of the replicates choose the counts, the other half say how noisy that is.
+      const integrator::NoiseMap halves[2] = {{film, color, each, 0, 2}, {film, color, each, 1, 2}};
       const double most = static_cast<double>(1 << 24) / replicates;
-      last[half] = (quarters[0].mean_for_noise(options["noise"], most, quarters[1]) +
-                    quarters[1].mean_for_noise(options["noise"], most, quarters[0])) /
-                   2;
+      samples = (halves[0].mean_for_noise(options["noise"], most, halves[1]) +
+                 halves[1].mean_for_noise(options["noise"], most, halves[0])) /
+                2;
     }
     const double total = (last[0] + last[1]) / 2 * replicates;
-    double level[2] = {0, 0};
+    integrator::Plan::Levels level{0, 0};
     while (done < total * (1 - 1e-9) && !result.partial && since(render_start) < limit) {
       const double elapsed = since(render_start);
       const double count =
           std::min(std::max(next_pass(done, total, elapsed, limit - elapsed), 1.), total - done);
       const double share = (done + count - each * replicates) / (total - each * replicates);
-      const double before[2] = {level[0], level[1]};
-      for (int half = 0; half < 2; ++half)
-        level[half] = says[half].level_of_mean(each + share * (last[half] - each));
-      pass([&](int x, int y, int r) { return says[1 - r % 2].count(x, y, before[1 - r % 2]); },
-           [&](int x, int y, int r) { return says[1 - r % 2].count(x, y, level[1 - r % 2]); }, count, total);
+      const integrator::Plan::Levels before = level;
+      std::array<double, 2> now;
+      for (const size_t color : {0, 1}) now[color] = each + share * (last[color] - each);
+      level = plan.levels_of_mean(now);
+      pass([&](int x, int y, int) { return plan.count(x, y, before); },
+           [&](int x, int y, int) { return plan.count(x, y, level); }, count, total);
     }
   }
   result.render_seconds = since(render_start);

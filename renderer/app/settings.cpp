@@ -26,12 +26,12 @@ void complete_settings(Options& o) {
   o.load.punctual_units = static_cast<gltf::PunctualUnits>(o.index("punctual-units"));
   o.load.limits.memory = static_cast<std::uint64_t>(o["max-memory"].get<double>() * 1e9);
 
-  // Replicates divide the samples. Whichever was left open gives way. Adaptive sampling needs two halves with
-  // a quarter of their samples in all pixels, and a spread within it: between replicates or samples.
+  // Replicates divide the samples. Whichever was left open gives way. Adaptive sampling needs a spread within
+  // the first quarter of the samples: between four replicates, or two parts of fewer.
   const bool adaptive = o["adaptive"];
   const auto fits = [&](int replicates) {
     return r.spp % replicates == 0 &&
-           (!adaptive || (replicates % 2 == 0 && r.spp >= std::max(16, 4 * replicates)));
+           (!adaptive || r.spp >= std::max(16, (replicates < 4 ? 8 : 4) * replicates));
   };
   if (o.has("replicates")) {
     r.replicates = o["replicates"];
@@ -46,10 +46,8 @@ void complete_settings(Options& o) {
   }
 
   if (!fits(r.replicates))
-    base::fail(
-        "--adaptive: wanted an even number of --replicates, and at least 16 --spp and four times the "
-        "replicates, a multiple of them, found ",
-        r.replicates, " and ", r.spp);
+    base::fail("--adaptive: wanted at least 16 --spp, a multiple of --replicates and at least ",
+               r.replicates < 4 ? "eight" : "four", " times as many, found ", r.spp, " and ", r.replicates);
   if (o.has("noise") && !adaptive) base::fail("--noise: only --adaptive has it");
   if (o.has("noise") && r.replicates < 8)
     base::fail("--noise: wanted at least 8 --replicates, found ", r.replicates);

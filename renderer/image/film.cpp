@@ -34,16 +34,10 @@ void Film::add(int x, int y, int replicate, const math::Vec3& radiance) {
   ++cell.count;
 }
 
-// A replicate as it counts for the mean: all its samples, or as one.
-Film::Cell Film::weighed(int x, int y, int replicate) const {
-  const Cell& all = cell(x, y, replicate);
-  return alike_ && all.count > 0 ? Cell{all.sum / static_cast<double>(all.count), 1} : all;
-}
-
 Film::Cell Film::total(int x, int y) const {
   Cell total;
   for (int r = 0; r < replicates_; ++r) {
-    const Cell part = weighed(x, y, r);
+    const Cell& part = cell(x, y, r);
     total.sum += part.sum;
     total.count += part.count;
   }
@@ -62,15 +56,15 @@ std::int64_t Film::rejected() const {
 
 // With n_r samples of mean m_r in replicate r and m = sum(n_r m_r) / N: the variance of one sample is
 // estimated by sum(n_r (m_r - m)^2) / (R - 1), that of the mean by the Nth part. Replicates without a sample
-// do not count; for equal n_r this is the usual variance of the m_r over R. The same formula with n_r = 1 is
-// that of replicates weighed alike. Radiance beyond 1e19 has a variance beyond float, which stays finite.
+// do not count; for equal n_r this is the usual variance of the m_r over R. Radiance beyond 1e19 has a
+// variance beyond float, which stays finite.
 Vec3 Film::variance_of_mean(int x, int y) const {
   const Cell all = total(x, y);
   const double samples = static_cast<double>(all.count);
   DVec3 squares(0);
   int used = 0;
   for (int r = 0; r < replicates_; ++r) {
-    const Cell part = weighed(x, y, r);
+    const Cell& part = cell(x, y, r);
     if (part.count == 0) continue;
     const double count = static_cast<double>(part.count);
     const DVec3 difference = part.sum / count - all.sum / samples;

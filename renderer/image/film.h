@@ -23,10 +23,6 @@ class Film {
   // Different pixels may be added to from different threads; one pixel only from one.
   void add(int x, int y, int replicate, const math::Vec3& radiance);
 
-  // From now on means are those of the replicates' means, however many samples each has: for counts that were
-  // chosen by looking at samples (integrator/adaptive.h).
-  void weigh_replicates_alike() { alike_ = true; }
-
   // Of the accepted samples; black if there are none.
   math::Vec3 mean(int x, int y) const { return total(x, y).mean(); }
   math::Vec3 variance_of_mean(int x, int y) const;  // 0 for fewer than two replicates
@@ -47,13 +43,11 @@ class Film {
     }
   };
   Image image(math::Vec3 (Film::*pixel)(int, int) const) const;
-  Cell weighed(int x, int y, int replicate) const;
   Cell total(int x, int y) const;                   // of all replicates
   size_t index(int x, int y, int replicate) const;  // into cells_
   const Cell& cell(int x, int y, int replicate) const { return cells_[index(x, y, replicate)]; }
   int width_, height_, replicates_;
   Holds holds_;
-  bool alike_ = false;
   std::vector<Cell> cells_;             // (y * width + x) * replicates + replicate
   std::vector<std::int32_t> rejected_;  // per pixel
 };

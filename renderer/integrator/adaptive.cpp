@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include "math/sampler.h"
 #include "math/transcendental.h"
@@ -39,59 +40,70 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
 
 }  // namespace
 
-NoiseMap::NoiseMap(const image::Film& pilot, int samples)
-    : width_(pilot.width()), height_(pilot.height()), replicates_(pilot.replicates()), pilot_(samples) {}
+NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples)
+    : width_(pilot.width()),
+      height_(pilot.height()),
+      color_(color),
+      replicates_(pilot.replicates()),
+      pilot_(samples) {}
 
-NoiseMap::NoiseMap(const image::Film& pilot, int first, int step, int samples) : NoiseMap(pilot, samples) {
+NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, int first, int step)
+    : NoiseMap(pilot, color, samples) {
   assert(first + step < replicates_);
-  std::vector<double> variance;
-  double mean = 0;
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x) {
-      glm::dvec3 sum(0), squares(0);
-      double n = 0;
-      for (int r = first; r < replicates_; r += step, ++n) {
-        const glm::dvec3 m(pilot.replicate_mean(x, y, r));
-        sum += m, squares += m * m;
-      }
-      const glm::dvec3 spread = (squares - sum * sum / n) / (n - 1.) * static_cast<double>(samples);
-      variance.push_back(std::max(0., (spread.x + spread.y + spread.z) / 3));
-      mean += (sum.x + sum.y + sum.z) / (3 * n);
+  add_up([&](int x, int y) {
+    glm::dvec3 sum(0), squares(0);
+    double n = 0;
+    for (int r = first; r < replicates_; r += step, ++n) {
+      const glm::dvec3 m(pilot.replicate_mean(x, y, r));
+      sum += m, squares += m * m;
     }
-  finish(variance, mean);
+    const glm::dvec3 spread = (squares - sum * sum / n) / (n - 1.) * static_cast<double>(samples);
+    return Noise{std::max(0., spread.x + spread.y + spread.z), (sum.x + sum.y + sum.z) / n};
+  });
 }
 
-NoiseMap::NoiseMap(const image::Film& pilot, int replicate, int samples, std::span<const Early> early)
-    : NoiseMap(pilot, samples) {
+NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early)
+    : NoiseMap(pilot, color, samples) {
   assert(!early.empty() && early.back().samples < samples);
-  std::vector<double> variance;
-  double mean = 0;
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x) {
-      const glm::dvec3 all(pilot.replicate_mean(x, y, replicate));
-      glm::dvec3 squares(0), before(0);  // before: the sum of the groups so far
-      int first = 0;
-      const auto add_group = [&](const glm::dvec3& sum, int last) {
-        const double n = last - first;
-        const glm::dvec3 difference = (sum - before) / n - all;
-        squares += n * difference * difference;
-        before = sum, first = last;
-      };
-      for (const Early& e : early)
-        add_group(glm::dvec3(e.film.replicate_mean(x, y, replicate)) * static_cast<double>(e.samples),
-                  e.samples);
-      add_group(all * static_cast<double>(samples), samples);
-      variance.push_back((squares.x + squares.y + squares.z) / (3 * static_cast<double>(early.size())));
-      mean += (all.x + all.y + all.z) / 3;
-    }
-  finish(variance, mean);
+  add_up([&](int x, int y) {
+    const glm::dvec3 all(pilot.mean(x, y));
+    glm::dvec3 squares(0), before(0);  // before: the sum of the groups so far
+    int first = 0;
+    const auto add_group = [&](const glm::dvec3& sum, int last) {
+      const double n = last - first;
+      const glm::dvec3 difference = (sum - before) / n - all;
+      squares += n * difference * difference;
+      before = sum, first = last;
+    };
+    for (const Early& e : early)
+      add_group(glm::dvec3(e.film.mean(x, y)) * static_cast<double>(e.samples), e.samples);
+    add_group(all * static_cast<double>(samples), samples);
+    return Noise{(squares.x + squares.y + squares.z) / static_cast<double>(early.size()),
+                 all.x + all.y + all.z};
+  });
 }
 
-void NoiseMap::finish(const std::vector<double>& variance, double mean) {
-  mean_ = mean / static_cast<double>(variance.size());
-  // Few replicates of few samples say little about one pixel: its variance is a weighted mean over 9 x 9.
-  variance_ = smoothed(smoothed(variance, width_, height_), width_, height_);
-  for (const double v : variance_) need_.push_back(v > 0 ? math::exp(math::log(v) / (1 + p)) : 0);
+void NoiseMap::add_up(const std::function<Noise(int, int)>& noise_of_pixel) {
+  // Few samples say little about one pixel: its variance is a weighted mean over 9 x 9, of one colour.
+  std::vector<double> variance, weight;
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const bool counts = checkerboard(x, y) == color_;
+      const Noise noise = counts ? noise_of_pixel(x, y) : Noise{0, 0};
+      variance.push_back(noise.variance / 3);
+      weight.push_back(counts);
+      mean_ += noise.mean / 3;
+    }
+  mean_ /= std::accumulate(weight.begin(), weight.end(), 0.);
+  const auto wide = [&](const std::vector<double>& v) {
+    return smoothed(smoothed(v, width_, height_), width_, height_);
+  };
+  variance_ = wide(variance);
+  weight = wide(weight);
+  for (size_t i = 0; i < variance_.size(); ++i) {
+    variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
+    need_.push_back(variance_[i] > 0 ? math::exp(math::log(variance_[i]) / (1 + p)) : 0);
+  }
 }
 
 int NoiseMap::count(int x, int y, double level) const {

@@ -3,32 +3,37 @@
 //
 // Who stops when the samples that are averaged look quiet stops too early where the rare bright ones have not
 // come yet: the picture gets darker (16 % in a scene of fireflies). So no sample has a say in how many others
-// it is averaged with: the even replicates' pilot decides the counts of the odd replicates and the other way
-// round (cross-fitting), each replicate's mean is then unbiased, and the picture is the mean of the
-// replicates' means with equal weights. Nothing is thrown away, the spread of the replicates stays an
-// estimate of the variance, and counts are a function of scene, settings and seed alone.
+// it is averaged with: on a checkerboard the pilot of the black pixels decides the counts of the white ones
+// and the other way round (cross-fitting), from neighbours of the other colour. Each pixel's mean is then
+// unbiased, nothing is thrown away, and counts are a function of scene, settings and seed alone.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "image/film.h"
 
 namespace integrator {
 
-// What some of the replicates say about noise, for others to act on. Counts are per replicate.
+// 0 or 1.
+inline int checkerboard(int x, int y) { return (x + y) % 2; }
+
+// What the pixels of one colour say about noise, for those of the other to act on. Counts are per replicate.
 class NoiseMap {
  public:
-  // Of replicates first, first + step, ...; at least two. Each has `samples` samples.
-  NoiseMap(const image::Film& pilot, int first, int step, int samples);
-  // Of one replicate, by how its samples between one film of `early` and the next differ: a film, and how
-  // many samples each pixel of a replicate had then, at least one film, in their order. Stratified as they
-  // are they differ by more than two replicates would: good for counts, not for mean_for_noise.
+  // By how replicates first, first + step, ... differ: at least two, each of `samples` samples.
+  NoiseMap(const image::Film& pilot, int color, int samples, int first, int step);
+  // By how the samples between one film of `early` and the next differ: a film, and how many samples each
+  // replicate had then, at least one film, in their order. Stratified as they are they differ by more than
+  // replicates would: good for counts, not for mean_for_noise.
   struct Early {
     image::Film film;
     int samples;
   };
-  NoiseMap(const image::Film& pilot, int replicate, int samples, std::span<const Early> early);
+  NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early);
 
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;
@@ -40,13 +45,37 @@ class NoiseMap {
   double mean_for_noise(double noise, double most, const NoiseMap& others) const;
 
  private:
-  NoiseMap(const image::Film& pilot, int samples);
-  void finish(const std::vector<double>& variance, double mean);
+  NoiseMap(const image::Film& pilot, int color, int samples);
+  // Of each pixel: the variance of one sample and the mean, sums over the channels.
+  struct Noise {
+    double variance, mean;
+  };
+  void add_up(const std::function<Noise(int, int)>& noise_of_pixel);
   double mean_count(double level) const;
-  int width_, height_, replicates_, pilot_;
-  double mean_ = 0;  // of pixels and channels
-  // Row by row: variance of one sample, smoothed over neighbours; what it needs of samples, to a factor.
+  int width_, height_, color_, replicates_, pilot_;
+  double mean_ = 0;  // of these pixels and channels
+  // Row by row: variance of one sample, mean of the neighbours of the colour; what it needs of samples, to a
+  // factor.
   std::vector<double> variance_, need_;
+};
+
+// What both colours say, each of the other's pixels.
+class Plan {
+ public:
+  // Of colors 0 and 1.
+  Plan(NoiseMap black, NoiseMap white) : says_{std::move(black), std::move(white)} {}
+  using Levels = std::array<double, 2>;
+  // At which the counts that color k decides have the mean samples[k].
+  Levels levels_of_mean(const std::array<double, 2>& samples) const {
+    return {says_[0].level_of_mean(samples[0]), says_[1].level_of_mean(samples[1])};
+  }
+  int count(int x, int y, const Levels& levels) const {
+    const auto other = static_cast<size_t>(1 - checkerboard(x, y));
+    return says_[other].count(x, y, levels[other]);
+  }
+
+ private:
+  std::array<NoiseMap, 2> says_;
 };
 
 }  // namespace integrator
