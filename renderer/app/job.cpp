@@ -184,22 +184,14 @@ Result run(Options& options, Stage& stage, Console& console) {
 
   // The rest where the pixels of the other colour find noise.
   if (adaptive && !result.partial) {
-    const auto color_says = [&](int color) {
-      return few ? integrator::NoiseMap(film, color, each, early)
-                 : integrator::NoiseMap(film, color, each, 0, 1);
-    };
-    const integrator::Plan plan(color_says(0), color_says(1));
-    std::array<double, 2> last;  // mean samples of a replicate in the end, as each color decides
-    for (const int color : {0, 1}) {
-      double& samples = last[static_cast<size_t>(color)];
-      samples = static_cast<double>(settings.spp) / replicates;
-      if (!options.has("noise")) continue;
-      // Half of the replicates choose the counts, the other half say how noisy that is.
-      const integrator::NoiseMap halves[2] = {{film, color, each, 0, 2}, {film, color, each, 1, 2}};
+    const integrator::NoiseMap black(film, 0, each, early), white(film, 1, each, early);
+    const integrator::Plan plan(black, white);
+    // Mean samples of a replicate in the end, as each color decides.
+    std::array<double, 2> last;
+    last.fill(static_cast<double>(settings.spp) / replicates);
+    if (options.has("noise")) {
       const double most = static_cast<double>(1 << 24) / replicates;
-      samples = (halves[0].mean_for_noise(options["noise"], most, halves[1]) +
-                 halves[1].mean_for_noise(options["noise"], most, halves[0])) /
-                2;
+      last = {black.mean_for_noise(options["noise"], most), white.mean_for_noise(options["noise"], most)};
     }
     const double total = (last[0] + last[1]) / 2 * replicates;
     integrator::Plan::Levels level{0, 0};

@@ -40,33 +40,20 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
 
 }  // namespace
 
-NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples)
+NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early)
     : width_(pilot.width()),
       height_(pilot.height()),
       color_(color),
       replicates_(pilot.replicates()),
-      pilot_(samples) {}
-
-NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, int first, int step)
-    : NoiseMap(pilot, color, samples) {
-  assert(first + step < replicates_);
-  add_up([&](int x, int y) {
-    glm::dvec3 sum(0), squares(0);
-    double n = 0;
-    for (int r = first; r < replicates_; r += step, ++n) {
-      const glm::dvec3 m(pilot.replicate_mean(x, y, r));
-      sum += m, squares += m * m;
-    }
-    const glm::dvec3 spread = (squares - sum * sum / n) / (n - 1.) * static_cast<double>(samples);
-    return Noise{std::max(0., spread.x + spread.y + spread.z), (sum.x + sum.y + sum.z) / n};
-  });
-}
-
-NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early)
-    : NoiseMap(pilot, color, samples) {
-  assert(!early.empty() && early.back().samples < samples);
+      pilot_(samples) {
+  assert(early.empty() ? replicates_ > 1 : early.back().samples < samples);
   add_up([&](int x, int y) {
     const glm::dvec3 all(pilot.mean(x, y));
+    const double mean = all.x + all.y + all.z;
+    if (early.empty()) {
+      const glm::dvec3 of_mean(pilot.variance_of_mean(x, y));
+      return Noise{(of_mean.x + of_mean.y + of_mean.z) * samples * replicates_, mean};
+    }
     glm::dvec3 squares(0), before(0);  // before: the sum of the groups so far
     int first = 0;
     const auto add_group = [&](const glm::dvec3& sum, int last) {
@@ -78,8 +65,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     for (const Early& e : early)
       add_group(glm::dvec3(e.film.mean(x, y)) * static_cast<double>(e.samples), e.samples);
     add_group(all * static_cast<double>(samples), samples);
-    return Noise{(squares.x + squares.y + squares.z) / static_cast<double>(early.size()),
-                 all.x + all.y + all.z};
+    return Noise{(squares.x + squares.y + squares.z) / static_cast<double>(early.size()), mean};
   });
 }
 
@@ -132,16 +118,16 @@ double NoiseMap::level_of_mean(double samples) const {
   return low;
 }
 
-double NoiseMap::mean_for_noise(double noise, double most, const NoiseMap& others) const {
+double NoiseMap::mean_for_noise(double noise, double most) const {
   const auto found = [&](double samples) {
     const double level = level_of_mean(samples);
     double sum = 0;
     for (size_t i = 0; i < need_.size(); ++i)
-      sum += others.variance_[i] / std::max(static_cast<double>(pilot_), level * need_[i]);
-    return std::sqrt(sum / static_cast<double>(need_.size()) / replicates_) / others.mean_;
+      sum += variance_[i] / std::max(static_cast<double>(pilot_), level * need_[i]);
+    return std::sqrt(sum / static_cast<double>(need_.size()) / replicates_) / mean_;
   };
   double low = pilot_, high = most;
-  if (!(others.mean_ > 0) || found(low) <= noise) return low;
+  if (!(mean_ > 0) || found(low) <= noise) return low;
   for (int step = 0; step < 40; ++step) {
     const double middle = std::sqrt(low * high);
     (found(middle) > noise ? low : high) = middle;

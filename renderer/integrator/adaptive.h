@@ -24,28 +24,25 @@ inline int checkerboard(int x, int y) { return (x + y) % 2; }
 // What the pixels of one colour say about noise, for those of the other to act on. Counts are per replicate.
 class NoiseMap {
  public:
-  // By how replicates first, first + step, ... differ: at least two, each of `samples` samples.
-  NoiseMap(const image::Film& pilot, int color, int samples, int first, int step);
-  // By how the samples between one film of `early` and the next differ: a film, and how many samples each
-  // replicate had then, at least one film, in their order. Stratified as they are they differ by more than
+  // The pilot has `samples` samples in each replicate. Noise is how its replicates differ, at least two, or,
+  // given `early`, how the samples between one of these films and the next differ: a film, and how many
+  // samples each replicate had then, in their order. Stratified as they are those differ by more than
   // replicates would: good for counts, not for mean_for_noise.
   struct Early {
     image::Film film;
     int samples;
   };
-  NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early);
+  NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early = {});
 
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;
   // The level whose counts have this mean over the picture.
   double level_of_mean(double samples) const;
   // The mean count that brings the picture's noise, as image::Film defines it, down to `noise` if all
-  // replicates take these counts, but at most `most`. How noisy that is, others must say: these know their
-  // own fireflies only.
-  double mean_for_noise(double noise, double most, const NoiseMap& others) const;
+  // replicates take these counts, but at most `most`.
+  double mean_for_noise(double noise, double most) const;
 
  private:
-  NoiseMap(const image::Film& pilot, int color, int samples);
   // Of each pixel: the variance of one sample and the mean, sums over the channels.
   struct Noise {
     double variance, mean;

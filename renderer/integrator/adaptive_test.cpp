@@ -51,10 +51,8 @@ Picture picture(std::uint32_t seed, int spp, bool naive, bool few) {
     everywhere([&](int x, int y, int r) { add(x, y, r, done, until); });
     done = until;
   }
-  const auto color_says = [&](int color) {
-    return few ? NoiseMap(film, color, each, early) : NoiseMap(film, color, each, 0, 1);
-  };
-  const Plan plan(color_says(0), color_says(1));
+  if (!few) early.clear();
+  const Plan plan(NoiseMap(film, 0, each, early), NoiseMap(film, 1, each, early));
   const double mean = static_cast<double>(spp) / parts;
   const Plan::Levels levels = plan.levels_of_mean({mean, mean});
   double counts[2] = {0, 0};
@@ -113,7 +111,7 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
         const float noise = (sampler.get(0).x - .5f) * (x < size / 2 ? .1f : .5f);
         for (int i = 0; i < pilot; ++i) film.add(x, y, r, Vec3(1 + noise));
       }
-  const NoiseMap map(film, 0, pilot, 0, 1);
+  const NoiseMap map(film, 0, pilot);
   double last = 0;
   std::vector<int> before(size * size, pilot);
   for (const double mean : {2., 3., 8., 64., 1000.}) {
@@ -142,9 +140,9 @@ TEST(Adaptive, a_picture_without_noise_stays_with_its_pilot) {
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x)
       for (int r = 0; r < replicates; ++r) film.add(x, y, r, Vec3(.5f));
-  const NoiseMap map(film, 1, 1, 0, 1);
+  const NoiseMap map(film, 1, 1);
   EXPECT_EQ(map.count(1, 2, map.level_of_mean(100)), 1);
-  EXPECT_EQ(map.mean_for_noise(.01, 1000, map), 1);
+  EXPECT_EQ(map.mean_for_noise(.01, 1000), 1);
 }
 
 // Uniform noise of standard deviation s: n samples in all leave s / sqrt(n).
@@ -158,10 +156,10 @@ TEST(Adaptive, the_total_for_a_noise_is_what_reaches_it) {
           film.add(x, y, r, Vec3(2 * sampler.get(0).x));  // mean 1, deviation 1 / sqrt(3)
         }
   EXPECT_NEAR(film.noise(), std::sqrt(1 / 3. / 32), .002);
-  const NoiseMap a(film, 0, 4, 0, 2), b(film, 0, 4, 1, 2);
+  const NoiseMap map(film, 0, 4);
   const double wanted = .02;
-  EXPECT_NEAR(a.mean_for_noise(wanted, 1e6, b) * replicates / (1 / 3. / (wanted * wanted)), 1, .1);
-  EXPECT_EQ(a.mean_for_noise(1e-9, 100, b), 100);
+  EXPECT_NEAR(map.mean_for_noise(wanted, 1e6) * replicates / (1 / 3. / (wanted * wanted)), 1, .1);
+  EXPECT_EQ(map.mean_for_noise(1e-9, 100), 100);
 }
 
 // The same of one replicate with independent samples: its parts, of 2, 3 and 3 samples, show the variance.
@@ -180,9 +178,9 @@ TEST(Adaptive, parts_of_one_replicate_show_the_variance) {
         }
     done = until;
   }
-  const NoiseMap a(film, 0, 8, early), b(film, 1, 8, early);
+  const NoiseMap map(film, 0, 8, early);
   const double wanted = .02;
-  EXPECT_NEAR(a.mean_for_noise(wanted, 1e6, b) / (1 / 3. / (wanted * wanted)), 1, .05);
+  EXPECT_NEAR(map.mean_for_noise(wanted, 1e6) / (1 / 3. / (wanted * wanted)), 1, .05);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <mutex>
 #include <sstream>
+#include <utility>
 
 #include "base/error.h"
 #include "integrator/camera.h"
@@ -23,6 +24,9 @@ namespace {
 using math::Vec3;
 
 constexpr int tile_size = 16;
+
+// Within a tile of many samples: some hundredths of a second.
+constexpr std::uint64_t rays_between_reports = 100000;
 
 // Flushes denormals to zero in this thread while it lives: one denormal operation costs ten normal ones, and
 // Embree asks for it. Set around every tile, so that pictures do not depend on which thread renders them.
@@ -214,23 +218,36 @@ struct Renderer::Impl {
           tbb::blocked_range<int>(0, columns * rows, 1),
           [&](const tbb::blocked_range<int>& range) {
             const FlushDenormals flush;
-            for (int tile = range.begin(); tile != range.end(); ++tile) {
+            const auto report = [&] {
               if (stop && *stop) stopped = true;
-              if (stopped) return;
-              std::uint64_t traced = 0;
-              const int left = tile % columns * tile_size, top = tile / columns * tile_size;
-              for (int y = top; y < std::min(top + tile_size, height); ++y)
-                for (int x = left; x < std::min(left + tile_size, width); ++x) body(x, y, traced);
-              rays += traced;
-              const int finished = ++done;
-              if (!progress) continue;
               const std::unique_lock lock(mutex, std::try_to_lock);
               const auto now = std::chrono::steady_clock::now();
-              if (!lock || (now - last < std::chrono::milliseconds(100) && finished < columns * rows))
-                continue;
+              const int finished = done;
+              if (!progress || !lock ||
+                  (now - last < std::chrono::milliseconds(100) && finished < columns * rows))
+                return;
               last = now;
               const double fraction = static_cast<double>(finished) / (columns * rows);
               if (!progress({fraction, rays})) stopped = true;
+            };
+            for (int tile = range.begin(); tile != range.end(); ++tile) {
+              if (stop && *stop) stopped = true;
+              std::uint64_t traced = 0;  // not yet added to `rays`
+              const int left = tile % columns * tile_size, top = tile / columns * tile_size;
+              for (int y = top; y < std::min(top + tile_size, height); ++y)
+                for (int x = left; x < std::min(left + tile_size, width); ++x) {
+                  if (stopped) {
+                    rays += traced;
+                    return;
+                  }
+                  body(x, y, traced);
+                  if (traced < rays_between_reports) continue;
+                  rays += std::exchange(traced, 0);
+                  report();
+                }
+              rays += traced;
+              ++done;
+              report();
             }
           },
           tbb::simple_partitioner());

@@ -180,6 +180,23 @@ TEST(Render, a_lobes_part_is_the_picture_of_a_material_with_that_lobe_alone) {
   }
 }
 
+// A pass of many samples for a single tile takes seconds; who wants to stop does not wait for its end.
+TEST(Render, stops_within_a_tile_and_keeps_what_is_there) {
+  const scene::Scene s = two_spheres();
+  const Settings settings = small(Shader::path, 1 << 16);
+  const Renderer renderer(s, settings);
+  image::Film film = renderer.film();
+  EXPECT_FALSE(renderer.render(film, 0, settings.spp, [](const Status& status) {
+    EXPECT_GT(status.rays, 0u);
+    return false;
+  }));
+  std::int64_t samples = 0;
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) samples += film.samples(x, y);
+  EXPECT_GT(samples, 0);
+  EXPECT_LT(samples, 256ll << 15);  // half of all
+}
+
 TEST(Render, settings_that_make_no_sense_are_named) {
   const scene::Scene s = two_spheres();
   Settings settings = small(Shader::path, 10);
