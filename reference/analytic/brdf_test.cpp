@@ -203,7 +203,7 @@ TEST(TexturedRoughness, of_zero_and_one_per_texel_is_finite_and_not_black) {
       Settings settings;
       settings.shader = shader;
       settings.width = settings.height = 32;
-      settings.spp = 64;
+      settings.spp = 256;
       settings.depth = 2;
       const Renderer renderer(s, settings);
       image::Film film = renderer.film();
