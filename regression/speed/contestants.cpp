@@ -60,7 +60,7 @@ std::vector<Contestant> default_contestants(const std::string& suite, const std:
   if (knows_option(program, "--adaptive ")) {
     assay.name = "assay adaptive", assay.is_reference = false;
     assay.command = suite::RendererCommand::from_template(command + " --replicates 1 --adaptive");
-    assay.first = 16;  // a quarter of the samples goes to each replicate
+    assay.first = 16;  // the least that it takes
     all.push_back(assay);
   }
   if (!blender_is_there()) return all;

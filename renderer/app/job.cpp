@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double save_interval_seconds = 5, pass_seconds = 2;
+constexpr double noise_map_bytes =
+    100;                           // of one pixel in both of integrator/adaptive.h, and while they are made
 constexpr double film_bytes = 32;  // of one pixel in one replicate, image/film.h
 
 volatile std::sig_atomic_t signal_received = 0;
@@ -32,6 +34,9 @@ double next_pass(double done, double total, double seconds, double seconds_left)
   const double affordable = std::min(pass_seconds, seconds_left) * done / std::max(seconds, 1e-6);
   return std::min({done, affordable, total - done});
 }
+
+// To tell the noise by their spread: --adaptive then keeps films of the pilot's parts.
+bool too_few_to_differ(int replicates) { return replicates < 4; }
 
 // The picture's film and those of --layers lobes.
 int films_of(const Options& options) {
@@ -48,9 +53,12 @@ void check_memory(const Options& options) {
   const integrator::Settings& r = options.render;
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
-  const int of_the_pilot = options["adaptive"] && r.replicates == 2 ? 2 : 0;
+  const bool adaptive = options["adaptive"];
+  const int of_the_pilot = adaptive && too_few_to_differ(r.replicates) ? 2 : 0;
   const double gigabytes =
-      film_bytes * width * height * r.replicates * (films_of(options) + of_the_pilot) / 1e9;
+      width * height *
+      (film_bytes * r.replicates * (films_of(options) + of_the_pilot) + (adaptive ? noise_map_bytes : 0)) /
+      1e9;
   const double there =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e9;
   if (gigabytes > there)
@@ -138,6 +146,8 @@ Result run(Options& options, Stage& stage, Console& console) {
     if (result.partial) return;
     done += count;
     result.samples = static_cast<int>(std::lround(done));
+    // A pass whose last pixel was under way was rendered to its end.
+    result.partial = stop_signal() != 0 && done < total * (1 - 1e-9);
     if (options["save-progress"] && done < total && since(last_save) >= save_interval_seconds) {
       try {
         write_picture(options, scene, renderer, film, parts, result.samples, true);
@@ -154,7 +164,9 @@ Result run(Options& options, Stage& stage, Console& console) {
   const int everywhere =
       adaptive ? settings.spp / replicates / 4 : settings.spp / replicates;  // of a replicate
   const double until = adaptive ? limit / 4 : limit;
-  const bool few = adaptive && replicates < 4;  // to tell the noise by their spread
+  if (adaptive && film.width() * film.height() < 2)
+    base::fail("--adaptive: wanted a picture of two pixels or more, found one");
+  const bool few = adaptive && too_few_to_differ(replicates);
   const int least = few ? 2 : 1;
   int each = 0;
   // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
@@ -162,7 +174,7 @@ Result run(Options& options, Stage& stage, Console& console) {
   // promise that, as it was before the last pass.
   std::vector<integrator::NoiseMap::Early> early;
   const bool timed = options.has("time");
-  const auto mark_after = [everywhere](int samples) {
+  const auto next_mark = [everywhere](int samples) {
     for (const int mark : {everywhere / 4, everywhere / 2})
       if (mark > samples) return mark;
     return everywhere;
@@ -172,9 +184,12 @@ Result run(Options& options, Stage& stage, Console& console) {
     int count =
         each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
     if (few) {
-      count = std::min(count, timed ? std::max(each, 1) : mark_after(each) - each);
-      if (timed) early.clear();
-      if (each > 0 && (timed || mark_after(each - 1) == each)) early.push_back({film, each});
+      if (timed)
+        early.clear();
+      else
+        count = std::min(count, next_mark(each) - each);
+      if (each > 0 && (timed || each == everywhere / 4 || each == everywhere / 2))
+        early.push_back({film, each});
     }
     const int first = each;
     each += count;
@@ -184,8 +199,8 @@ Result run(Options& options, Stage& stage, Console& console) {
 
   // The rest where the pixels of the other colour find noise.
   if (adaptive && !result.partial) {
-    const integrator::NoiseMap black(film, 0, each, early), white(film, 1, each, early);
-    const integrator::Plan plan(black, white);
+    integrator::NoiseMap black(film, 0, each, early), white(film, 1, each, early);
+    early.clear();
     // Mean samples of a replicate in the end, as each color decides.
     std::array<double, 2> last;
     last.fill(static_cast<double>(settings.spp) / replicates);
@@ -193,6 +208,7 @@ Result run(Options& options, Stage& stage, Console& console) {
       const double most = static_cast<double>(1 << 24) / replicates;
       last = {black.mean_for_noise(options["noise"], most), white.mean_for_noise(options["noise"], most)};
     }
+    const integrator::Plan plan(std::move(black), std::move(white));
     const double total = (last[0] + last[1]) / 2 * replicates;
     integrator::Plan::Levels level{0, 0};
     while (done < total * (1 - 1e-9) && !result.partial && since(render_start) < limit) {
@@ -207,6 +223,12 @@ Result run(Options& options, Stage& stage, Console& console) {
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
            [&](int x, int y, int) { return plan.count(x, y, level); }, count, total);
     }
+  }
+  if (adaptive) {  // without noise anywhere it stays with the pilot
+    double samples = 0;
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = 0; x < film.width(); ++x) samples += static_cast<double>(film.samples(x, y));
+    result.samples = static_cast<int>(std::lround(samples / (film.width() * film.height())));
   }
   result.render_seconds = since(render_start);
   result.rays = renderer.rays();

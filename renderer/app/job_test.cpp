@@ -111,6 +111,11 @@ TEST_F(JobTest, adaptive_spends_its_samples_unevenly_and_the_same_for_any_number
   }
 }
 
+TEST_F(JobTest, adaptive_wants_pixels_of_both_colors) {
+  Options o = options({"--adaptive", "--spp", "64", "--crop", "5,5,1,1", "-o", folder.file("one.exr")});
+  EXPECT_THROW(run(o, stage, console), base::Error);
+}
+
 TEST_F(JobTest, stops_at_the_noise_or_the_time_asked_for) {
   const auto run_with = [&](Words words) {
     words.insert(words.end(), {"-o", folder.file("stop.exr")});

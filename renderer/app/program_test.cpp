@@ -236,11 +236,12 @@ TEST_F(ProgramTest, logs_what_happened_even_if_quiet) {
 }
 
 // Starts an endless render, waits for its first saved picture, sends a signal, returns the exit code.
-int interrupted(const std::string& scene, const std::string& out, int signal) {
+int interrupted(const std::string& scene, const std::string& out, int signal,
+                const char* crop = "0,0,40,24") {
   const pid_t child = fork();
   if (child == 0) {
     execl(program, program, scene.c_str(), "-o", out.c_str(), "--width", "40", "--height", "24", "--spp",
-          "16777216", "--save-progress", "--quiet", nullptr);
+          "16777216", "--crop", crop, "--save-progress", "--quiet", nullptr);
     _exit(99);
   }
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(120);
@@ -273,8 +274,11 @@ TEST_F(ProgramTest, writes_the_picture_so_far_marked_partial_when_stopped) {
     }
     EXPECT_GT(lit, 300);
   }
-  EXPECT_EQ(count_files(), 7)
-      << "two scene files, three pictures, standard output and error: nothing left over";
+  // One pixel is always the last one under way.
+  EXPECT_EQ(interrupted(scene, folder.file("pixel.exr"), SIGINT, "20,12,1,1"), 128 + SIGINT);
+  EXPECT_EQ(std::get<int>(*image::read_exr(folder.file("pixel.exr")).metadata.find("assay:partial")), 1);
+  EXPECT_EQ(count_files(), 8)
+      << "two scene files, four pictures, standard output and error: nothing left over";
 }
 
 // What a limit of the shell says about a file that grows is what a full disk says; a process that does not

@@ -113,8 +113,7 @@ TEST(HostileFile, takes_less_than_a_gigabyte) {
   root["materials"] = json::array({root["materials"][1]});
   files.emplace_back("one of them", glb(root, binary));
   // An environment in run lengths, 1.2 MB for 15 million pixels.
-  std::string map = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3800 +X 4000\n",
-              row = "\2\2\x0f\xa0";
+  std::string map = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3800 +X 4000\n", row = "\2\2\x0f\xa0";
   for (int part = 0; part < 4; ++part)
     for (int left = 4000; left > 0; left -= 127)
       (row += static_cast<char>(128 + std::min(left, 127))) += static_cast<char>(128);

@@ -90,6 +90,8 @@ void NoiseMap::add_up(const std::function<Noise(int, int)>& noise_of_pixel) {
     variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
     need_.push_back(variance_[i] > 0 ? math::exp(math::log(variance_[i]) / (1 + p)) : 0);
   }
+  if (const double most = *std::max_element(need_.begin(), need_.end()); most > 0)
+    for (double& need : need_) need /= most;
 }
 
 int NoiseMap::count(int x, int y, double level) const {
@@ -122,8 +124,12 @@ double NoiseMap::mean_for_noise(double noise, double most) const {
   const auto found = [&](double samples) {
     const double level = level_of_mean(samples);
     double sum = 0;
-    for (size_t i = 0; i < need_.size(); ++i)
-      sum += variance_[i] / std::max(static_cast<double>(pilot_), level * need_[i]);
+    for (size_t i = 0; i < need_.size(); ++i) {
+      // The mean of 1 / count(): counts are rounded, up or down by chance.
+      const double groups = std::max(0., level * need_[i] - pilot_) / group, whole = std::floor(groups);
+      const double least = pilot_ + group * whole, up = groups - whole;
+      sum += variance_[i] * ((1 - up) / least + up / (least + group));
+    }
     return std::sqrt(sum / static_cast<double>(need_.size()) / replicates_) / mean_;
   };
   double low = pilot_, high = most;

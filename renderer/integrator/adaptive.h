@@ -5,7 +5,9 @@
 // come yet: the picture gets darker (16 % in a scene of fireflies). So no sample has a say in how many others
 // it is averaged with: on a checkerboard the pilot of the black pixels decides the counts of the white ones
 // and the other way round (cross-fitting), from neighbours of the other colour. Each pixel's mean is then
-// unbiased, nothing is thrown away, and counts are a function of scene, settings and seed alone.
+// unbiased, nothing is thrown away, and counts are a function of scene, settings and seed alone. (With
+// --noise the total is decided by both colours: a picture that is stopped before its end owes a trace of its
+// counts to all pixels.)
 #pragma once
 
 #include <array>

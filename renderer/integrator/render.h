@@ -62,8 +62,8 @@ struct Status {
   double fraction = 0;  // of the work of this call
   std::uint64_t rays = 0;
 };
-// Called about ten times a second, from one thread at a time; returning false stops the render within some
-// hundredths of a second.
+// Called about ten times a second, from one thread at a time; returning false stops the render at the next
+// pixel.
 using Progress = std::function<bool(const Status&)>;
 
 // "emission", "diffuse.direct", "diffuse.indirect", "sheen.direct", ...: see integrator::Parts.
