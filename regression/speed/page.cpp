@@ -192,15 +192,15 @@ Section growth(const json& series) {
       series.at("axis").get<std::string>(), "renderer", "time", "BVH", "cost of equal noise", "memory, MB"};
   json first;
   for (const json& point : series.at("points"))
-    for (const auto& [name, value] : point.items()) {
+    for (const auto& item : point.items()) {
+      const json& value = item.value();
       if (!value.is_object()) continue;
       if (first.is_null()) first = value;
-      const auto over = [&first,
-                         &value = value](const char* key) {  // a binding is not captured by clang 14 as it is
+      const auto over = [&](const char* key) {
         const double base = first.at(key);
         return base > 0 ? short_number(value.at(key).get<double>() / base) : std::string("–");
       };
-      s.rows.push_back({format("%.0f", point["x"].get<double>()), name, over("seconds"),
+      s.rows.push_back({format("%.0f", point["x"].get<double>()), item.key(), over("seconds"),
                         over("build_seconds"), over("cost"), format("%.0f", value["peak_mb"].get<double>())});
     }
   return s;

@@ -19,9 +19,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double save_interval_seconds = 5, pass_seconds = 2;
-constexpr double noise_map_bytes =
-    100;                           // of one pixel in both of integrator/adaptive.h, and while they are made
-constexpr double film_bytes = 32;  // of one pixel in one replicate, image/film.h
+constexpr double film_bytes = 32;        // of one pixel in one replicate, image/film.h
+constexpr double noise_map_bytes = 100;  // of one pixel, integrator/adaptive.h: both maps and what makes them
 
 volatile std::sig_atomic_t signal_received = 0;
 
@@ -34,9 +33,6 @@ double next_pass(double done, double total, double seconds, double seconds_left)
   const double affordable = std::min(pass_seconds, seconds_left) * done / std::max(seconds, 1e-6);
   return std::min({done, affordable, total - done});
 }
-
-// To tell the noise by their spread: --adaptive then keeps films of the pilot's parts.
-bool too_few_to_differ(int replicates) { return replicates < 4; }
 
 // The picture's film and those of --layers lobes.
 int films_of(const Options& options) {
@@ -54,7 +50,7 @@ void check_memory(const Options& options) {
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
   const bool adaptive = options["adaptive"];
-  const int of_the_pilot = adaptive && too_few_to_differ(r.replicates) ? 2 : 0;
+  const int of_the_pilot = adaptive && r.replicates < integrator::enough_replicates ? 2 : 0;
   const double gigabytes =
       width * height *
       (film_bytes * r.replicates * (films_of(options) + of_the_pilot) + (adaptive ? noise_map_bytes : 0)) /
@@ -166,7 +162,7 @@ Result run(Options& options, Stage& stage, Console& console) {
   const double until = adaptive ? limit / 4 : limit;
   if (adaptive && film.width() * film.height() < 2)
     base::fail("--adaptive: wanted a picture of two pixels or more, found one");
-  const bool few = adaptive && too_few_to_differ(replicates);
+  const bool few = adaptive && replicates < integrator::enough_replicates;
   const int least = few ? 2 : 1;
   int each = 0;
   // With few replicates: the film as it was at a quarter and half of the pilot, where passes end

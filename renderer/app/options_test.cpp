@@ -167,7 +167,7 @@ TEST(Complete, refuses_what_does_not_go_together) {
   starts({"a.glb", "-o", "b.exr", "--adaptive", "--spp", "15"},
          "--adaptive: wanted at least 16 --spp, a multiple");
   starts({"a.glb", "-o", "b.exr", "--adaptive", "--spp", "16", "--replicates", "8"},
-         "--adaptive: wanted at least 16 --spp, a multiple of --replicates and at least four times as many");
+         "--adaptive: wanted at least 16 --spp, a multiple of --replicates and at least 4 times as many");
   starts({"a.glb", "-o", "b.exr", "--noise", "0.1"}, "--noise: only --adaptive has it");
   starts({"a.glb", "-o", "b.exr", "--adaptive", "--noise", "0.1", "--spp", "16"},
          "--noise: wanted at least 8");

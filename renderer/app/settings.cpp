@@ -5,6 +5,7 @@
 #include "app/options.h"
 #include "base/error.h"
 #include "image/file.h"
+#include "integrator/adaptive.h"
 
 namespace app {
 
@@ -27,11 +28,14 @@ void complete_settings(Options& o) {
   o.load.limits.memory = static_cast<std::uint64_t>(o["max-memory"].get<double>() * 1e9);
 
   // Replicates divide the samples. Whichever was left open gives way. Adaptive sampling needs a spread within
-  // the first quarter of the samples: between four replicates, or two parts of fewer.
+  // the first quarter of the samples: between replicates, or two parts of few.
   const bool adaptive = o["adaptive"];
+  const auto least_samples_each = [](int replicates) {
+    return replicates < integrator::enough_replicates ? 8 : 4;
+  };
   const auto fits = [&](int replicates) {
     return r.spp % replicates == 0 &&
-           (!adaptive || r.spp >= std::max(16, (replicates < 4 ? 8 : 4) * replicates));
+           (!adaptive || r.spp >= std::max(16, least_samples_each(replicates) * replicates));
   };
   if (o.has("replicates")) {
     r.replicates = o["replicates"];
@@ -47,7 +51,7 @@ void complete_settings(Options& o) {
 
   if (!fits(r.replicates))
     base::fail("--adaptive: wanted at least 16 --spp, a multiple of --replicates and at least ",
-               r.replicates < 4 ? "eight" : "four", " times as many, found ", r.spp, " and ", r.replicates);
+               least_samples_each(r.replicates), " times as many, found ", r.spp, " and ", r.replicates);
   if (o.has("noise") && !adaptive) base::fail("--noise: only --adaptive has it");
   if (o.has("noise") && r.replicates < 8)
     base::fail("--noise: wanted at least 8 --replicates, found ", r.replicates);

@@ -41,19 +41,15 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
 }  // namespace
 
 NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early)
-    : width_(pilot.width()),
-      height_(pilot.height()),
-      color_(color),
-      replicates_(pilot.replicates()),
-      pilot_(samples) {
+    : width_(pilot.width()), height_(pilot.height()), replicates_(pilot.replicates()), pilot_(samples) {
   assert(early.empty() ? replicates_ > 1 : early.back().samples < samples);
-  add_up([&](int x, int y) {
-    const glm::dvec3 all(pilot.mean(x, y));
-    const double mean = all.x + all.y + all.z;
+  // Of a pixel: the variance of one sample, summed over the channels.
+  const auto variance_of = [&](int x, int y) {
     if (early.empty()) {
       const glm::dvec3 of_mean(pilot.variance_of_mean(x, y));
-      return Noise{(of_mean.x + of_mean.y + of_mean.z) * samples * replicates_, mean};
+      return (of_mean.x + of_mean.y + of_mean.z) * samples * replicates_;
     }
+    const glm::dvec3 all(pilot.mean(x, y));
     glm::dvec3 squares(0), before(0);  // before: the sum of the groups so far
     int first = 0;
     const auto add_group = [&](const glm::dvec3& sum, int last) {
@@ -65,20 +61,18 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     for (const Early& e : early)
       add_group(glm::dvec3(e.film.mean(x, y)) * static_cast<double>(e.samples), e.samples);
     add_group(all * static_cast<double>(samples), samples);
-    return Noise{(squares.x + squares.y + squares.z) / static_cast<double>(early.size()), mean};
-  });
-}
-
-void NoiseMap::add_up(const std::function<Noise(int, int)>& noise_of_pixel) {
+    return (squares.x + squares.y + squares.z) / static_cast<double>(early.size());
+  };
   // Few samples say little about one pixel: its variance is a weighted mean over 9 x 9, of one colour.
   std::vector<double> variance, weight;
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
-      const bool counts = checkerboard(x, y) == color_;
-      const Noise noise = counts ? noise_of_pixel(x, y) : Noise{0, 0};
-      variance.push_back(noise.variance / 3);
+      const bool counts = checkerboard(x, y) == color;
+      variance.push_back(counts ? variance_of(x, y) / 3 : 0);
       weight.push_back(counts);
-      mean_ += noise.mean / 3;
+      if (!counts) continue;
+      const glm::dvec3 mean(pilot.mean(x, y));
+      mean_ += (mean.x + mean.y + mean.z) / 3;
     }
   mean_ /= std::accumulate(weight.begin(), weight.end(), 0.);
   const auto wide = [&](const std::vector<double>& v) {

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +18,9 @@
 #include "image/film.h"
 
 namespace integrator {
+
+// The spread of fewer replicates says too little: NoiseMap is then given `early`.
+constexpr int enough_replicates = 4;
 
 // 0 or 1.
 inline int checkerboard(int x, int y) { return (x + y) % 2; }
@@ -45,13 +47,8 @@ class NoiseMap {
   double mean_for_noise(double noise, double most) const;
 
  private:
-  // Of each pixel: the variance of one sample and the mean, sums over the channels.
-  struct Noise {
-    double variance, mean;
-  };
-  void add_up(const std::function<Noise(int, int)>& noise_of_pixel);
   double mean_count(double level) const;
-  int width_, height_, color_, replicates_, pilot_;
+  int width_, height_, replicates_, pilot_;
   double mean_ = 0;  // of these pixels and channels
   // Row by row: variance of one sample, mean of the neighbours of the colour; what it needs of samples, to a
   // factor.

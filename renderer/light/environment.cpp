@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "math/transcendental.h"
 
@@ -22,7 +23,7 @@ Environment::Environment(const scene::Environment& e, bool light_sampling_only)
     cos_edge_.push_back(static_cast<float>(c));
   }
   const auto solid_angle = [&](int j) {  // of a cell
-    return 2 * 3.14159265358979 / columns *
+    return 2 * std::numbers::pi / columns *
            (static_cast<double>(cos_edge_[static_cast<size_t>(j)]) - cos_edge_[static_cast<size_t>(j) + 1]);
   };
   // The threshold is no less than the mean, so that of a constant map nothing is drawn.
@@ -31,7 +32,7 @@ Environment::Environment(const scene::Environment& e, bool light_sampling_only)
     for (int j = 0; j < rows; ++j) {
       double sum = 0;
       for (int i = 0; i < map_.width; ++i) sum += math::luminance(texel(i, j * map_.height / rows));
-      threshold += sum / map_.width * (solid_angle(j) * columns) / (4 * 3.14159265358979);
+      threshold += sum / map_.width * (solid_angle(j) * columns) / (4 * std::numbers::pi);
     }
     threshold *= 1 + 1e-4;
   }
@@ -52,7 +53,7 @@ Environment::Environment(const scene::Environment& e, bool light_sampling_only)
     row_flux.push_back(columns_.back().sum() * solid_angle(j));
   }
   rows_ = math::Distribution1D(row_flux);
-  drawn_luminance_ = rows_.sum() / (4 * 3.14159265358979) * strength_;
+  drawn_luminance_ = rows_.sum() / (4 * std::numbers::pi) * strength_;
 }
 
 Vec3 Environment::texel(int column, int row) const {

@@ -92,17 +92,22 @@ class Viewer:
             lines = file.read().split(b"\n")
         return json.loads(lines[-2]) if len(lines) > 1 else None
 
-    def wait(self, what, condition):
+    def until(self, what, found):
+        """Waits for a line of which `found` says something, and returns that."""
         end = time.time() + PATIENCE
         while time.time() < end:
             if self.process.poll() is not None:
                 sys.exit(f"assay-view ended with {self.process.returncode} before: {what}")
             line = self.last()
-            if line and condition(line["state"]):
-                return line["state"]
+            result = line and found(line)
+            if result:
+                return result
             time.sleep(.03)
         self.display.screenshot("failed")
         sys.exit(f"not within {PATIENCE} s: {what}; last: {json.dumps(line and line['state'])}")
+
+    def wait(self, what, condition):
+        return self.until(what, lambda line: condition(line["state"]) and line["state"])
 
     def shown(self, generation=None, samples=1):
         """Waits until the full-size picture of a generation is on the screen."""
@@ -112,15 +117,7 @@ class Viewer:
 
     def named(self, start):
         """The name of the control that begins so, once it is there: a menu's take a frame to appear."""
-        end = time.time() + PATIENCE
-        while time.time() < end:
-            line = self.last()
-            for name in line["items"] if line else ():
-                if name.startswith(start):
-                    return name
-            time.sleep(.03)
-        self.display.screenshot("failed")
-        sys.exit(f"not within {PATIENCE} s: a control named {start}...")
+        return self.until(f"a control named {start}...", lambda line: next((n for n in line["items"] if n.startswith(start)), None))
 
     def item(self, name):
         """Where a control is, once it rests: a list that opens scrolls to what is chosen."""
