@@ -39,12 +39,13 @@ struct HalfVector {
     length_squared = x * x + y * y + z * z;
     // Half the length of wi + wo, which unlike wi . wh does not cancel for nearly opposite directions at
     // grazing angles and is the same from both sides. Divided by the mean length of wi and wo, as float
-    // vectors are unit only to 1e-7: (1 + x)/2 is the square root of x to 1e-14 there.
+    // vectors are unit only to 1e-7: (1 + x)/2 is the square root of x to 1e-14 there, and 1 - s/8 is 2/s
+    // for an s near 4.
     const double wi2 = static_cast<double>(wi.x) * wi.x + static_cast<double>(wi.y) * wi.y +
                        static_cast<double>(wi.z) * wi.z;
     const double wo2 = static_cast<double>(wo.x) * wo.x + static_cast<double>(wo.y) * wo.y +
                        static_cast<double>(wo.z) * wo.z;
-    cos_d = 2 * std::sqrt(length_squared) / (2 + wi2 + wo2);
+    cos_d = std::sqrt(length_squared) * (1 - (2 + wi2 + wo2) / 8);
     if (cos_d > 1) cos_d = 1;
     if (cos_d < 1e-30)
       cos_d = 1e-30;  // nearly opposite along the horizon: densities over it stay within float
@@ -75,7 +76,7 @@ inline double fresnel_dielectric(double c, double eta) {
 // is fresnel_dielectric(1, eta). An eta of 1 has no interface, hence weight 0 everywhere.
 inline double fresnel_weight(double c, double eta, double f0) {
   if (!(eta > 1)) return 0;
-  const double weight = (fresnel_dielectric(c, eta) - f0) / (1 - f0);
+  const double weight = (fresnel_dielectric(c, eta) - f0) * (1 / (1 - f0));
   return weight < 0 ? 0 : weight > 1 ? 1 : weight;
 }
 
@@ -126,7 +127,7 @@ inline Vec3 half_direction(double sin2, float v) {
 
 // wo mirrored at wh, normalised.
 inline Vec3 reflect(const Vec3& wo, const Vec3& wh) {
-  return math::normalize(wh * (2 * math::dot(wo, wh)) - wo);
+  return math::renormalize(wh * (2 * math::dot(wo, wh)) - wo);
 }
 
 }  // namespace bsdf

@@ -16,6 +16,7 @@ class CameraRays {
     math::sin_cos(.5f * camera.yfov, s, c);
     half_height_ = camera.orthographic ? camera.ymag : s / c;
     half_width_ = half_height_ * static_cast<float>(width) / static_cast<float>(height);
+    eye_ = math::transform_point(camera.to_world, math::Vec3(0));
   }
 
   // x, y: pixels from the upper left corner, pixel (i, j)'s centre at (i + 1/2, j + 1/2).
@@ -27,7 +28,7 @@ class CameraRays {
       r.origin = math::transform_point(camera_.to_world, {u, v, 0});
       r.direction = math::normalize(math::transform_vector(camera_.to_world, {0, 0, -1}));
     } else {
-      r.origin = math::transform_point(camera_.to_world, {0, 0, 0});
+      r.origin = eye_;
       r.direction = math::normalize(math::transform_vector(camera_.to_world, {u, v, -1}));
     }
     return r;
@@ -37,6 +38,7 @@ class CameraRays {
   scene::Camera camera_;
   int width_, height_;
   float half_width_ = 1, half_height_ = 1;
+  math::Vec3 eye_;
 };
 
 }  // namespace integrator

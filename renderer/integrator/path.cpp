@@ -2,6 +2,7 @@
 
 #include "integrator/path.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace integrator {
@@ -25,7 +26,9 @@ float power_heuristic(float pdf, float other) {
 }
 
 // A ray's own random bits, by which surfaces that are partly transparent decide whether it passes.
-std::uint32_t key(const math::Sampler& sampler, std::uint32_t ray_number) { return sampler.bits(ray_number); }
+std::uint32_t key(const World& w, const math::Sampler& sampler, std::uint32_t ray_number) {
+  return w.blended ? sampler.bits(ray_number) : 0;
+}
 
 // Where a ray from `p` along `direction` starts, given where one along the geometric normal does.
 Vec3 origin(const surface::Point& p, const Vec3& direction, const Vec3& outside) {
@@ -96,7 +99,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     // Find the next surface.
     accel::Hit hit;
     ++rays;
-    const bool found = w.accel.closest(ray, key(sampler, ray_number++), hit);
+    const bool found = w.accel.closest(ray, key(w, sampler, ray_number++), hit);
 
     // Add the light the ray found, weighted against the chance that a light sample finds it too.
     if (!found) {
@@ -133,7 +136,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     if (!bsdf.only_delta && !w.lights.empty()) {
       Vec3 wi(0);
       const Vec3 light = throughput * direct_light(w, p, receiver, bsdf, wo, sampler.get(group + 1),
-                                                   key(sampler, ray_number), rays, wi);
+                                                   key(w, sampler, ray_number), rays, wi);
       add(light, parts && bounce == 0 ? shares_of(bsdf, wo, wi) : shares, bounce > 0);
     }
     ++ray_number;
@@ -142,7 +145,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     const Vec4 u = sampler.get(group);
     const auto s = bsdf::sample(bsdf, wo, u.z, u.x, u.y);
     if (!s || math::is_black(s->f_cos)) break;
-    throughput *= s->f_cos / s->pdf;
+    throughput *= s->f_cos * (1 / s->pdf);
     if (parts && bounce == 0) {
       if (s->is_delta)
         shares[s->lobe == bsdf::Lobe::specular ? 2 : 3] = Vec3(1);
@@ -151,13 +154,13 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
     }
     bsdf_pdf = s->pdf;
     only_way = s->is_delta;
-    ray.direction = math::normalize(p.frame.to_world(s->wi));
+    ray.direction = math::renormalize(p.frame.to_world(s->wi));
     ray.origin = origin(p, ray.direction, receiver.from);
 
     // End weak paths by chance, the survivors carrying their share. The square root of the throughput saves
     // time and adds less noise than the throughput itself.
     if (bounce + 1 >= roulette_start) {
-      const float survival = std::fmin(1.f, std::sqrt(math::max_component(throughput)));
+      const float survival = std::min(1.f, std::sqrt(math::max_component(throughput)));
       if (u.w >= survival) break;
       throughput /= survival;
     }
@@ -169,7 +172,7 @@ Vec3 shade(const World& w, Shader shader, const accel::Ray& ray, const math::Sam
            std::uint64_t& rays) {
   accel::Hit hit;
   ++rays;
-  if (!w.accel.closest(ray, key(sampler, 0), hit)) return Vec3(0);
+  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return Vec3(0);
   const surface::Point p = w.surfaces.at(ray, hit);
   switch (shader) {
     case Shader::normal:

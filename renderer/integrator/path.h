@@ -20,6 +20,7 @@ struct World {
   const light::Lights& lights;
   bsdf::Model model;
   bsdf::Gtr gtr;
+  bool blended;                   // whether some surface lets rays pass by chance
   std::vector<bsdf::Bsdf> plain;  // of the scene's materials, where nothing varies them
   int depth;                      // scattering events
   bool hide_environment;          // from camera rays

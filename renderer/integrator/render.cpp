@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -158,6 +159,10 @@ struct Renderer::Impl {
                                           *lights,
                                           model_of(t.shader),
                                           {t.d_gamma, t.d_constant},
+                                          std::any_of(scene.materials.begin(), scene.materials.end(),
+                                                      [](const scene::Material& m) {
+                                                        return m.alpha_mode == scene::AlphaMode::blend;
+                                                      }),
                                           {},
                                           t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
                                           t.hide_environment,
@@ -322,7 +327,10 @@ image::Image Renderer::first_hit(Shader shader, bool depth) const {
     if (depth) {
       accel::Hit hit;
       ++traced;
-      if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces->at(ray, hit).distance);
+      if (m.accel->closest(ray, 0, hit)) {
+        const math::DVec3 way = math::DVec3(m.surfaces->at(ray, hit).position) - math::DVec3(ray.origin);
+        result.at(x, y) = Vec3(static_cast<float>(math::dot(way, math::DVec3(ray.direction))));
+      }
     } else {
       result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
     }

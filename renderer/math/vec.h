@@ -3,6 +3,7 @@
 #pragma once
 
 #define GLM_FORCE_CTOR_INIT
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -32,15 +33,20 @@ inline float dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + 
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+inline double dot(const DVec3& a, const DVec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline DVec3 cross(const DVec3& a, const DVec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline float length(const Vec3& v) { return std::sqrt(dot(v, v)); }
-inline double length(const DVec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+inline double length(const DVec3& v) { return std::sqrt(dot(v, v)); }
 inline Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
-inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
+// (Not std::fmax, which is a call of libm for the sake of NaN. Of a NaN these may give either operand.)
+inline float max_component(const Vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 inline Vec3 smaller(const Vec3& a, const Vec3& b) {  // of each component
-  return {std::fmin(a.x, b.x), std::fmin(a.y, b.y), std::fmin(a.z, b.z)};
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
 }
 inline Vec3 larger(const Vec3& a, const Vec3& b) {
-  return {std::fmax(a.x, b.x), std::fmax(a.y, b.y), std::fmax(a.z, b.z)};
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 inline float mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
 inline bool is_finite(const Vec3& v) {
@@ -63,6 +69,14 @@ inline Vec3 normalize(const Vec3& v, const Vec3& otherwise = {0, 0, 1}) {
   const double square = x * x + y * y + z * z;
   if (!(square > 0) || !std::isfinite(square)) return otherwise;
   const double scale = 1 / std::sqrt(square);
+  return {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
+}
+
+// The same for a v whose length is 1 but for rounding: one step of Newton's method for 1 / sqrt, which leaves
+// 3/8 of the square of what v . v differs from 1.
+inline Vec3 renormalize(const Vec3& v) {
+  const double x = v.x, y = v.y, z = v.z;
+  const double scale = 1.5 - .5 * (x * x + y * y + z * z);
   return {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 using math::cross;
 using math::dot;
+using math::DVec3;
 using math::Mat3;
 using math::UVec3;
 using math::Vec2;
@@ -125,18 +126,15 @@ Triangle Surfaces::triangle(int instance, int index) const {
   const scene::Mesh& mesh = scene_.meshes[static_cast<size_t>(i.mesh)];
   const Place& place = places_[static_cast<size_t>(instance)];
   const UVec3& t = mesh.triangles[static_cast<size_t>(index)];
-  Triangle r{mesh.positions[t.x], mesh.positions[t.y], mesh.positions[t.z], {}, 0};
+  Triangle r{mesh.positions[t.x], mesh.positions[t.y], mesh.positions[t.z], {}, {}, {}, 0};
   if (!place.identity)
     for (Vec3* p : {&r.p0, &r.p1, &r.p2}) *p = math::transform_point(i.to_world, *p);
   // In double: float loses triangles smaller than 1e-12 and larger than 1e10.
-  const double ax = static_cast<double>(r.p1.x) - r.p0.x, ay = static_cast<double>(r.p1.y) - r.p0.y,
-               az = static_cast<double>(r.p1.z) - r.p0.z;
-  const double bx = static_cast<double>(r.p2.x) - r.p0.x, by = static_cast<double>(r.p2.y) - r.p0.y,
-               bz = static_cast<double>(r.p2.z) - r.p0.z;
-  const double nx = ay * bz - az * by, ny = az * bx - ax * bz, nz = ax * by - ay * bx;
-  const double length = std::sqrt(nx * nx + ny * ny + nz * nz);
-  const double scale = length > 0 ? (place.flipped ? -1 : 1) / length : 0;
-  r.normal = {static_cast<float>(nx * scale), static_cast<float>(ny * scale), static_cast<float>(nz * scale)};
+  r.e1 = DVec3(r.p1) - DVec3(r.p0);
+  r.e2 = DVec3(r.p2) - DVec3(r.p0);
+  const DVec3 n = cross(r.e1, r.e2);
+  const double length = math::length(n);
+  r.normal = Vec3(n * (length > 0 ? (place.flipped ? -1 : 1) / length : 0));
   r.area = static_cast<float>(.5 * length);
   return r;
 }
@@ -144,10 +142,15 @@ Triangle Surfaces::triangle(int instance, int index) const {
 Vec3 Surfaces::error(int instance, int triangle, const Vec3& b) const {
   const scene::Instance& i = scene_.instances[static_cast<size_t>(instance)];
   const scene::Mesh& mesh = scene_.meshes[static_cast<size_t>(i.mesh)];
-  const UVec3& t = mesh.triangles[static_cast<size_t>(triangle)];
+  return error(i, places_[static_cast<size_t>(instance)], mesh,
+               mesh.triangles[static_cast<size_t>(triangle)], b);
+}
+
+Vec3 Surfaces::error(const scene::Instance& i, const Place& place, const scene::Mesh& mesh, const UVec3& t,
+                     const Vec3& b) {
   const Vec3 sum = math::abs(mesh.positions[t.x]) * b.x + math::abs(mesh.positions[t.y]) * b.y +
                    math::abs(mesh.positions[t.z]) * b.z;
-  if (places_[static_cast<size_t>(instance)].identity) return sum * rounding_factor;
+  if (place.identity) return sum * rounding_factor;
   const math::Mat4& m = i.to_world;
   return (math::abs(Vec3(m[0])) * sum.x + math::abs(Vec3(m[1])) * sum.y + math::abs(Vec3(m[2])) * sum.z +
           math::abs(Vec3(m[3]))) *
@@ -182,30 +185,25 @@ bool Surfaces::accepts(const accel::Ray& ray, const accel::Hit& hit, std::uint32
   return a >= 1 || uniform(key, hit) < a;
 }
 
+namespace {
+
 // Möller-Trumbore in double on the world-space triangle that Embree named. Its own weights serve only where
 // the ray runs within the triangle's plane.
-Vec3 Surfaces::barycentric(const accel::Ray& ray, const Triangle& t, const accel::Hit& hit,
-                           float& distance) const {
-  using DVec3 = glm::dvec3;
-  const auto cross_d = [](const DVec3& a, const DVec3& b) {
-    return DVec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-  };
-  const auto dot_d = [](const DVec3& a, const DVec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
-  const DVec3 p0(t.p0), e1 = DVec3(t.p1) - p0, e2 = DVec3(t.p2) - p0, d(ray.direction),
-                        s = DVec3(ray.origin) - p0;
-  const DVec3 p = cross_d(d, e2), q = cross_d(s, e1);
-  const double det = dot_d(p, e1);
+Vec3 barycentric(const accel::Ray& ray, const Triangle& t, const accel::Hit& hit) {
+  const DVec3 d(ray.direction), s = DVec3(ray.origin) - DVec3(t.p0);
+  const DVec3 p = cross(d, t.e2), q = cross(s, t.e1);
+  const double scale = 1 / dot(p, t.e1);
   double u = hit.u, v = hit.v;
-  if (det != 0 && std::isfinite(1 / det)) {
-    u = dot_d(s, p) / det;
-    v = dot_d(d, q) / det;
+  if (std::isfinite(scale)) {
+    u = dot(s, p) * scale;
+    v = dot(d, q) * scale;
   }
   u = std::clamp(u, 0., 1.);
   v = std::clamp(v, 0., 1. - u);
-  const DVec3 hit_point = e1 * u + e2 * v - s;
-  distance = static_cast<float>(dot_d(hit_point, d) / dot_d(d, d));
   return {static_cast<float>(1 - u - v), static_cast<float>(u), static_cast<float>(v)};
 }
+
+}  // namespace
 
 Vec3 Surfaces::emission(int instance, int triangle, const Vec3& b) const {
   const scene::Material& m = material(instance);
@@ -253,12 +251,12 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
   Point p;
   p.instance = hit.instance;
   p.triangle = hit.triangle;
-  const Vec3 b = barycentric(ray, world, hit, p.distance);
+  const Vec3 b = barycentric(ray, world, hit);
   p.position = world.p0 * b.x + world.p1 * b.y + world.p2 * b.z;
-  p.error = error(hit.instance, hit.triangle, b);
+  p.error = error(instance, place, mesh, t, b);
 
   // Turn the normals to the side the ray came from.
-  const Vec3 wo = math::normalize(-ray.direction);
+  const Vec3 wo = -ray.direction;
   p.front = dot(world.normal, wo) >= 0;
   p.geometric_normal = p.front ? world.normal : -world.normal;
   Vec3 smooth = world.normal;

@@ -16,6 +16,7 @@ namespace surface {
 // A triangle in world space. `normal` is unit, on the side glTF calls the front.
 struct Triangle {
   math::Vec3 p0, p1, p2;
+  math::DVec3 e1, e2;  // p1 - p0, p2 - p0
   math::Vec3 normal;
   float area = 0;
 };
@@ -23,7 +24,6 @@ struct Triangle {
 struct Point {
   math::Vec3 position;
   math::Vec3 error;    // bound of the rounding of each coordinate of `position`, Embree's share included
-  float distance = 0;  // along the ray, in units of its direction's length
   math::Vec3 geometric_normal;  // world, on the side the ray came from
   bool front = true;            // whether that is the front
   math::Vec3 normal;            // world: smooth and normal-mapped, on the ray's side, before bending
@@ -57,6 +57,7 @@ class Surfaces {
   // point.
   bool accepts(const accel::Ray& ray, const accel::Hit& hit, std::uint32_t key) const;
 
+  // The ray's direction is unit.
   Point at(const accel::Ray& ray, const accel::Hit& hit) const;
 
   Triangle triangle(int instance, int triangle) const;
@@ -74,8 +75,8 @@ class Surfaces {
     bool flipped = false;              // negative determinant: the front is on the other side of the winding
     math::Mat3 normal_to_world{1.0f};  // inverse transpose
   };
-  math::Vec3 barycentric(const accel::Ray& ray, const Triangle& t, const accel::Hit& hit,
-                         float& distance) const;
+  static math::Vec3 error(const scene::Instance& instance, const Place& place, const scene::Mesh& mesh,
+                          const math::UVec3& t, const math::Vec3& barycentric);
   math::Vec3 tangent(const scene::Mesh& mesh, const scene::Instance& instance, const math::UVec3& t,
                      const math::Vec3& barycentric, int texcoord_set, const math::Vec3& normal,
                      float& handedness) const;
