@@ -128,10 +128,11 @@ Result run(Options& options, Stage& stage, Console& console) {
   const double limit = options.has("time") ? options["time"].get<double>() : 1e30;
   result.partial = stop_signal() != 0;
   double done = 0;  // samples per pixel
+  std::optional<image::Film> spread;
   const auto pass = [&](const integrator::Renderer::Counts& from, const integrator::Renderer::Counts& until,
-                        double count, double total) {
+                        double count, double total, const integrator::Sharing& sharing) {
     result.partial = !renderer.render(
-        film, from, until,
+        film, from, until, sharing, spread ? &*spread : nullptr,
         [&](const integrator::Status& status) {
           const double now = done + status.fraction * count, elapsed = since(render_start);
           console.progress(elapsed, std::max(now / total, elapsed / limit), static_cast<int>(now),
@@ -165,6 +166,8 @@ Result run(Options& options, Stage& stage, Console& console) {
   const bool few = adaptive && replicates < integrator::enough_replicates;
   const int least = few ? 2 : 1;
   int each = 0;
+  const bool pairs = adaptive && everywhere >= 2 && !getenv("NOPAIRS");
+  if (pairs) spread.emplace(film.width(), film.height(), replicates, image::Film::Holds::data);
   // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
   // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
   // promise that, as it was before the last pass.
@@ -187,15 +190,26 @@ Result run(Options& options, Stage& stage, Console& console) {
       if (each > 0 && (timed || each == everywhere / 4 || each == everywhere / 2))
         early.push_back({film, each});
     }
+    if (pairs) count += count % 2;
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
-         everywhere * replicates);
+         everywhere * replicates, {0, 0, [pairs](int, int) { return pairs ? 2 : 1; }});
   }
 
   // The rest where the pixels of the other colour find noise.
   if (adaptive && !result.partial) {
-    integrator::NoiseMap black(film, 0, each, early), white(film, 1, each, early);
+    const double camera_rays = .5 * film.width() * film.height() * each * replicates;
+    const double path_rays = (static_cast<double>(renderer.rays()) - camera_rays) / (2 * camera_rays);
+    const image::Film* s = spread ? &*spread : nullptr;
+    integrator::NoiseMap black(film, 0, each, early, s, path_rays), white(film, 1, each, early, s, path_rays);
+    spread.reset();
+    if (getenv("SHOWK")) {
+      int n[9] = {};
+      for (int y = 0; y < film.height(); ++y)
+        for (int x = 0; x < film.width(); ++x) ++n[black.together(x, y)];
+      fprintf(stderr, "K1 %d K2 %d K4 %d K8 %d path rays %.2f\n", n[1], n[2], n[4], n[8], path_rays);
+    }
     early.clear();
     // Mean samples of a replicate in the end, as each color decides.
     std::array<double, 2> last;
@@ -217,7 +231,8 @@ Result run(Options& options, Stage& stage, Console& console) {
       for (const size_t color : {0, 1}) now[color] = each + share * (last[color] - each);
       level = plan.levels_of_mean(now);
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
-           [&](int x, int y, int) { return plan.count(x, y, level); }, count, total);
+           [&](int x, int y, int) { return plan.count(x, y, level); }, count, total,
+           {each, pairs ? each / 2 : each, [&](int x, int y) { return plan.together(x, y); }});
     }
   }
   if (adaptive) {  // without noise anywhere it stays with the pilot

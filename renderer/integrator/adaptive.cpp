@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 #include "math/sampler.h"
@@ -17,7 +18,7 @@ namespace {
 constexpr double p = 1.5;
 
 // Sobol points come in groups of four that are well distributed by themselves.
-constexpr int group = 4;
+static const int group = getenv("GROUP") ? atoi(getenv("GROUP")) : 4;
 
 // Means over 5 x 5 pixels.
 std::vector<double> smoothed(const std::vector<double>& v, int width, int height) {
@@ -40,7 +41,8 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
 
 }  // namespace
 
-NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early)
+NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early,
+                   const image::Film* spread, double path_rays)
     : width_(pilot.width()), height_(pilot.height()), replicates_(pilot.replicates()), pilot_(samples) {
   assert(early.empty() ? replicates_ > 1 : early.back().samples < samples);
   // Of a pixel: the variance of one sample, summed over the channels.
@@ -84,6 +86,27 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
     need_.push_back(variance_[i] > 0 ? math::exp(math::log(variance_[i]) / (1 + p)) : 0);
   }
+  // K paths that share a camera ray cost a ray and K times path_rays, and have the variance of what the camera
+  // rays find, between, and a K-th of that of the paths, within: cost times variance is least at the root below.
+  if (spread) {
+    std::vector<double> within, between;
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) {
+        const bool counts = checkerboard(x, y) == color;
+        const glm::dvec3 mean(pilot.mean(x, y)), squares(spread->mean(x, y));
+        within.push_back(counts ? squares.x : 0);
+        between.push_back(counts ? squares.y - dot(mean, mean) - squares.x / 2 : 0);
+      }
+    within = wide(within), between = wide(between);
+    static const double gain = getenv("GAIN") ? atof(getenv("GAIN")) : 4;
+    static const int most_k = getenv("MOSTK") ? atoi(getenv("MOSTK")) : 4;
+    for (size_t i = 0; i < within.size(); ++i) {
+      const double best = gain * within[i] / (std::max(between[i], 1e-300) * path_rays);
+      int k = 1;
+      while (k < most_k && best > 2. * k * k) k *= 2;
+      together_.push_back(k);
+    }
+  }
   if (const double most = *std::max_element(need_.begin(), need_.end()); most > 0)
     for (double& need : need_) need /= most;
 }
@@ -92,9 +115,10 @@ int NoiseMap::count(int x, int y, double level) const {
   // The fraction left by rounding down is one more group for as many pixels, chosen by a hash.
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) + static_cast<std::uint64_t>(x);
+  const int size = group * together(x, y);
   const double more = std::clamp(level * need_[pixel] - pilot_, 0., 1e9);
   return pilot_ +
-         group * static_cast<int>(more / group + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53);
+         size * static_cast<int>(more / size + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53);
 }
 
 double NoiseMap::mean_count(double level) const {

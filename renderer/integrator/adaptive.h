@@ -36,8 +36,15 @@ class NoiseMap {
     image::Film film;
     int samples;
   };
-  NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early = {});
+  // `spread`, if given, is what Renderer::render made of a pilot whose samples shared camera rays two by two,
+  // and `path_rays` the mean number of rays of a path after its camera ray.
+  NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early = {},
+           const image::Film* spread = nullptr, double path_rays = 1);
 
+  // How many samples of a pixel should share a camera ray after the pilot: a power of two.
+  int together(int x, int y) const {
+    return together_.empty() ? 1 : together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+  }
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;
   // The level whose counts have this mean over the picture.
@@ -53,6 +60,7 @@ class NoiseMap {
   // Row by row: variance of one sample, mean of the neighbours of the colour; what it needs of samples, to a
   // factor.
   std::vector<double> variance_, need_;
+  std::vector<int> together_;
 };
 
 // What both colours say, each of the other's pixels.
@@ -68,6 +76,9 @@ class Plan {
   int count(int x, int y, const Levels& levels) const {
     const auto other = static_cast<size_t>(1 - checkerboard(x, y));
     return says_[other].count(x, y, levels[other]);
+  }
+  int together(int x, int y) const {
+    return says_[static_cast<size_t>(1 - checkerboard(x, y))].together(x, y);
   }
 
  private:

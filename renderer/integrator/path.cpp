@@ -76,13 +76,22 @@ Shares shares_of(const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec3& wi) {
 
 }  // namespace
 
-Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays,
+First first_of(const World& w, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays) {
+  accel::Hit hit;
+  ++rays;
+  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return {ray, false, {}};
+  return {ray, true, w.surfaces.at(ray, hit)};
+}
+
+Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
               Parts* parts) {
   Vec3 sum(0), throughput(1);
   float bsdf_pdf = 0;        // density of the direction the ray was drawn with
   light::Receiver receiver;  // where it was drawn: everything is seen from the offset origin of shadow rays
   bool only_way = true;      // no light sample could have found what this ray finds: camera rays, mirrors
-  std::uint32_t ray_number = 0;
+  std::uint32_t ray_number = 1;  // 0 was the camera's
+  accel::Ray ray = first.ray;
+  surface::Point next;
   Shares shares{};  // of the first surface's lobes in the throughput; kept for `parts` only
   if (parts) parts->fill(Vec3(0));
   const auto add = [&](const Vec3& light, const Shares& lobes, bool indirect) {
@@ -97,9 +106,13 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
 
   for (int bounce = 0;; ++bounce) {
     // Find the next surface.
-    accel::Hit hit;
-    ++rays;
-    const bool found = w.accel.closest(ray, key(w, sampler, ray_number++), hit);
+    bool found = first.found;
+    if (bounce > 0) {
+      accel::Hit hit;
+      ++rays;
+      found = w.accel.closest(ray, key(w, sampler, ray_number++), hit);
+      if (found) next = w.surfaces.at(ray, hit);
+    }
 
     // Add the light the ray found, weighted against the chance that a light sample finds it too.
     if (!found) {
@@ -114,7 +127,7 @@ Vec3 radiance(const World& w, accel::Ray ray, const math::Sampler& sampler, std:
       }
       break;
     }
-    const surface::Point p = w.surfaces.at(ray, hit);
+    const surface::Point& p = bounce > 0 ? next : first.point;
     if (!math::is_black(p.emission)) {
       float weight = 1;
       if (!only_way) {

@@ -27,14 +27,23 @@ struct World {
   bool light_sampling_only;       // path-nomis: no multiple importance sampling
 };
 
+// What a camera ray found: where any number of paths may begin.
+struct First {
+  accel::Ray ray;
+  bool found;
+  surface::Point point;  // if found
+};
+First first_of(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays);
+
 // Radiance along a camera ray, taken apart by what the first surface did with the light: emission (of that
 // surface, or of the environment behind it all), then for each lobe of bsdf::eval_lobes what it reflects of
 // direct light and of light that was reflected before. The parts sum to the radiance.
 inline constexpr int part_count = 1 + 2 * bsdf::eval_lobe_count;
 using Parts = std::array<math::Vec3, part_count>;
 
-// Radiance along `ray`. `rays` is increased by the rays traced; `parts`, if asked for, is set.
-math::Vec3 radiance(const World& world, accel::Ray ray, const math::Sampler& sampler, std::uint64_t& rays,
+// Radiance by one path from `first`, with the random numbers of `sampler` from its second group on. `rays` is
+// increased by the rays traced; `parts`, if asked for, is set.
+math::Vec3 radiance(const World& world, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
                     Parts* parts = nullptr);
 
 // The simple shaders: eyelight, normal (-1..1), albedo, texcoord (u, v, 0), position; black where nothing is

@@ -189,15 +189,17 @@ struct Renderer::Impl {
     return u;
   }
 
-  Vec3 sample(int x, int y, int replicate, int index, std::uint64_t& traced, Parts* parts) const {
+  math::Sampler sampler(int x, int y, int replicate, int index) const {
     const auto kind =
         settings.sampler == SamplerKind::sobol ? math::Sampler::Kind::sobol : math::Sampler::Kind::random;
-    const math::Sampler sampler(kind, settings.seed, x, y, replicate, static_cast<std::uint32_t>(index));
+    return {kind, settings.seed, x, y, replicate, static_cast<std::uint32_t>(index)};
+  }
+  accel::Ray camera_ray(int x, int y, const math::Sampler& sampler) const {
     const math::Vec4 u = sampler.get(0);
-    const accel::Ray ray =
-        camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
-    if (!traces_paths(settings.shader)) return shade(*world, settings.shader, ray, sampler, traced);
-    Vec3 radiance = integrator::radiance(*world, ray, sampler, traced, parts);
+    return camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
+  }
+  Vec3 path(const First& first, const math::Sampler& sampler, std::uint64_t& traced, Parts* parts) const {
+    Vec3 radiance = integrator::radiance(*world, first, sampler, traced, parts);
     if (settings.clamp > 0) {
       const float length = math::length(radiance);
       if (length > settings.clamp) {
@@ -283,21 +285,50 @@ bool Renderer::render(image::Film& film, int first, int count, const Progress& p
   const auto below = [replicates](int n) {
     return [n, replicates](int, int, int r) { return (n - r + replicates - 1) / replicates; };
   };
-  return render(film, below(first), below(first + count), progress, parts, stop);
+  return render(film, below(first), below(first + count), {}, nullptr, progress, parts, stop);
 }
 
-bool Renderer::render(image::Film& film, const Counts& done, const Counts& wanted, const Progress& progress,
-                      std::span<image::Film> parts, const std::atomic<bool>* stop) const {
+bool Renderer::render(image::Film& film, const Counts& done, const Counts& wanted, const Sharing& sharing,
+                      image::Film* spread, const Progress& progress, std::span<image::Film> parts,
+                      const std::atomic<bool>* stop) const {
   const Impl& m = *impl_;
-  if (!parts.empty() && !traces_paths(m.settings.shader))
-    base::fail("--layers lobes: wanted a --shader that traces paths, found another");
+  const Shader shader = m.settings.shader;
+  if (!traces_paths(shader)) {
+    if (!parts.empty()) base::fail("--layers lobes: wanted a --shader that traces paths, found another");
+    return m.for_each_pixel(
+        [&](int x, int y, std::uint64_t& traced) {
+          for (int r = 0; r < m.settings.replicates; ++r)
+            for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
+              const math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, i);
+              film.add(x, y, r, shade(*m.world, shader, m.camera_ray(m.x0 + x, m.y0 + y, sampler), sampler, traced));
+            }
+        },
+        progress, stop);
+  }
   return m.for_each_pixel(
       [&](int x, int y, std::uint64_t& traced) {
+        const int together = sharing.paths ? sharing.paths(x, y) : 1;
         for (int r = 0; r < m.settings.replicates; ++r)
-          for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
-            Parts values;
-            film.add(x, y, r, m.sample(m.x0 + x, m.y0 + y, r, i, traced, parts.empty() ? nullptr : &values));
-            for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
+          for (int i = done(x, y, r), end = wanted(x, y, r); i < end;) {
+            // Paths i and those that share its camera ray, which may have begun in an earlier call.
+            const int number = (i - sharing.from) / together;
+            const int last = std::min(end, sharing.from + (number + 1) * together);
+            const math::Sampler camera_sampler = m.sampler(m.x0 + x, m.y0 + y, r, sharing.rays + number);
+            const First first =
+                first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, camera_sampler), camera_sampler, traced);
+            Vec3 before(0);
+            for (; i < last; ++i) {
+              Parts values;
+              const Vec3 radiance = m.path(first, m.sampler(m.x0 + x, m.y0 + y, r, i), traced,
+                                           parts.empty() ? nullptr : &values);
+              film.add(x, y, r, radiance);
+              for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
+              if (spread && (i - sharing.from) % 2 == 1) {
+                const Vec3 less = radiance - before, mean = (radiance + before) * .5f;
+                spread->add(x, y, r, {math::dot(less, less) / 2, math::dot(mean, mean), 0});
+              }
+              before = radiance;
+            }
           }
       },
       progress, stop);

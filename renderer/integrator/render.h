@@ -69,6 +69,13 @@ using Progress = std::function<bool(const Status&)>;
 // "emission", "diffuse.direct", "diffuse.indirect", "sheen.direct", ...: see integrator::Parts.
 std::span<const std::string> part_names();
 
+// Samples are paths, and several may go on from what one camera ray finds: of each replicate those from number
+// `from` on, `paths` together; those before had `rays` camera rays.
+struct Sharing {
+  int from = 0, rays = 0;
+  std::function<int(int x, int y)> paths;  // none: each has its own
+};
+
 class Renderer {
  public:
   // Reduces the scene to what it uses, builds the acceleration structure and the light tables. Keeps a
@@ -97,8 +104,11 @@ class Renderer {
   // The same for counts that differ from pixel to pixel: of each replicate, samples from `done` until
   // `wanted`.
   using Counts = std::function<int(int x, int y, int replicate)>;
-  bool render(image::Film& film, const Counts& done, const Counts& wanted, const Progress& progress = {},
-              std::span<image::Film> parts = {}, const std::atomic<bool>* stop = nullptr) const;
+  // `spread`, if not null (of data and the size of `film`), takes, of every two samples that share a camera
+  // ray and summed over channels: x half the square of their difference, y the square of their mean.
+  bool render(image::Film& film, const Counts& done, const Counts& wanted, const Sharing& sharing = {},
+              image::Film* spread = nullptr, const Progress& progress = {}, std::span<image::Film> parts = {},
+              const std::atomic<bool>* stop = nullptr) const;
 
   // What is seen at a point of the image (pixels, as CameraRays has them; not of the crop); nullopt: nothing.
   std::optional<surface::Point> first_surface(float x, float y) const;
