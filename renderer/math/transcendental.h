@@ -11,6 +11,7 @@
 // falls below 1e-16.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -18,33 +19,65 @@
 
 namespace math {
 
+namespace detail {
+
+// Two numbers in one register (an extension that g++ and clang share).
+typedef double Two __attribute__((vector_size(16)));
+typedef std::uint64_t TwoBits __attribute__((vector_size(16)));
+
+// Sine and cosine of k quarters and r, with z = r * r: each is x + x z (series in z), with x one of r, 1, -r,
+// -1.
+struct Quarter {
+  TwoBits r, one;  // bits of r to be kept, then what is to be exclusive-ored: x, of sine and cosine
+};
+inline constexpr std::uint64_t minus = 1ull << 63, one = std::bit_cast<std::uint64_t>(1.);
+inline constexpr Quarter quarters[4] = {{{~0ull, 0}, {0, one}},
+                                        {{0, ~0ull}, {one, minus}},
+                                        {{~0ull, 0}, {minus, minus | one}},
+                                        {{0, ~0ull}, {minus | one, 0}}};
+inline constexpr Two sine_cosine[2][8] = {{{-1. / 6, -1. / 2},
+                                           {1. / 120, 1. / 24},
+                                           {-1. / 5040, -1. / 720},
+                                           {1. / 362880, 1. / 40320},
+                                           {-1. / 39916800, -1. / 3628800},
+                                           {1. / 6227020800, 1. / 479001600},
+                                           {-1. / 1307674368000, -1. / 87178291200},
+                                           {0, 1. / 20922789888000}},
+                                          {{-1. / 2, -1. / 6},
+                                           {1. / 24, 1. / 120},
+                                           {-1. / 720, -1. / 5040},
+                                           {1. / 40320, 1. / 362880},
+                                           {-1. / 3628800, -1. / 39916800},
+                                           {1. / 479001600, 1. / 6227020800},
+                                           {-1. / 87178291200, -1. / 1307674368000},
+                                           {1. / 20922789888000, 0}}};
+
+}  // namespace detail
+
 // Sine and cosine. Full accuracy for |angle| up to 1e6; beyond, the phase is lost as the angle's own last
 // bits are (results stay in [-1,1]). Non-finite: NaN.
 inline void sin_cos(double angle, double& s, double& c) {
+  using detail::Two;
   if (!(std::fabs(angle) <= 1e6)) angle = std::fmod(angle, 6.283185307179586);
   // Subtract the nearest multiple of pi/2, in three parts (33 + 33 + 53 bits, so that k * part is exact).
-  // Adding and subtracting 1.5 * 2^52 rounds to an integer.
-  const double k = (angle * 0.6366197723675814 + 0x1.8p52) - 0x1.8p52;
+  // Adding and subtracting 1.5 * 2^52 rounds to an integer, which the low bits of the sum are.
+  const double sum = angle * 0.6366197723675814 + 0x1.8p52, k = sum - 0x1.8p52;
   const double r = ((angle - k * 0x1.921fb544p0) - k * 0x1.0b4611a6p-34) - k * 0x1.3198a2e037073p-69;
-  const double z = r * r;
-  const double sine =
-      r + r * z *
-              (-1. / 6 +
-               z * (1. / 120 + z * (-1. / 5040 + z * (1. / 362880 + z * (-1. / 39916800 +
-                                                                         z * (1. / 6227020800 +
-                                                                              z * (-1. / 1307674368000)))))));
-  const double cosine =
-      1 + z * (-1. / 2 +
-               z * (1. / 24 +
-                    z * (-1. / 720 +
-                         z * (1. / 40320 + z * (-1. / 3628800 +
-                                                z * (1. / 479001600 + z * (-1. / 87178291200 +
-                                                                           z * (1. / 20922789888000))))))));
-  // Turn by k quarters.
-  const std::int64_t quarter = k == k ? static_cast<std::int64_t>(k) : 0;
-  const double a = quarter & 1 ? cosine : sine, b = quarter & 1 ? sine : cosine;
-  s = quarter & 2 ? -a : a;
-  c = (quarter + 1) & 2 ? -b : b;
+  // Both at once, and by tables what depends on the quarter: a branch nobody could predict.
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(sum);
+  const detail::Quarter& quarter = detail::quarters[bits & 3];
+  const Two* series = detail::sine_cosine[bits & 1];
+  const Two x = std::bit_cast<Two>((std::bit_cast<detail::TwoBits>(Two{r, r}) & quarter.r) ^ quarter.one);
+  const Two z = Two{r, r} * Two{r, r};
+  const Two both =
+      x +
+      x * z *
+          (series[0] +
+           z * (series[1] +
+                z * (series[2] +
+                     z * (series[3] + z * (series[4] + z * (series[5] + z * (series[6] + z * series[7])))))));
+  s = both[0];
+  c = both[1];
 }
 inline void sin_cos(float angle, float& s, float& c) {
   double ds = 0, dc = 0;
@@ -126,30 +159,34 @@ inline float pow(float x, float y) {
 // Arguments finite (infinite ones: NaN).
 inline double atan2(double y, double x) {
   const double ax = std::fabs(x), ay = std::fabs(y);
-  const double big = ax > ay ? ax : ay, small = ax > ay ? ay : ax;
+  const double big = std::max(ay, ax), small = std::min(ay, ax);
   if (big == 0) return 0;
   if (!(big <= std::numeric_limits<double>::max()) || y != y || x != x)
     return std::numeric_limits<double>::quiet_NaN();
   // atan(t) = atan(c) + atan((t - c) / (1 + t c)) with c the nearest eighth: |argument| <= 1/16.
-  constexpr double atan_of_eighths[9] = {0,
-                                         0.12435499454676143503,
-                                         0.24497866312686415417,
-                                         0.35877067027057222040,
-                                         0.46364760900080611621,
-                                         0.55859931534356243598,
-                                         0.64350110879328438680,
-                                         0.71882999962162450542,
-                                         0.78539816339744830962};
-  const int eighths = static_cast<int>(small / big * 8 + .5);
-  const double c = eighths * .125;
-  const double t = (small - c * big) / (big + c * small);
+  static constexpr double eighths[9][2] = {{0, 0},
+                                           {.125, 0.12435499454676143503},
+                                           {.25, 0.24497866312686415417},
+                                           {.375, 0.35877067027057222040},
+                                           {.5, 0.46364760900080611621},
+                                           {.625, 0.55859931534356243598},
+                                           {.75, 0.64350110879328438680},
+                                           {.875, 0.71882999962162450542},
+                                           {1, 0.78539816339744830962}};
+  // Where |y| > |x|, pi/2 less the angle; where x < 0, pi less that; where y < 0, minus that. As sums, and
+  // with signs brought to the front: branches nobody could predict.
+  constexpr double quarter = 1.5707963267948966, half = 3.1415926535897932;
+  static constexpr struct {
+    double sign, quarter, half;
+  } octants[8] = {{1, 0, 0},      {-1, quarter, 0},   {-1, -0., half}, {1, -quarter, half},
+                  {-1, -0., -0.}, {1, -quarter, -0.}, {1, 0, -half},   {-1, quarter, -half}};
+  const auto& octant = octants[(ay > ax ? 1 : 0) | (x < 0 ? 2 : 0) | (y < 0 ? 4 : 0)];
+  const auto& [c, atan_c] = eighths[static_cast<int>(small / big * 8 + .5)];
+  const double t = (octant.sign * small - c * (octant.sign * big)) / (big + c * small);
   const double z = t * t;
   const double series =
       t + t * z * (-1. / 3 + z * (1. / 5 + z * (-1. / 7 + z * (1. / 9 + z * (-1. / 11 + z * (1. / 13))))));
-  double angle = atan_of_eighths[eighths] + series;
-  if (ay > ax) angle = 1.5707963267948966 - angle;
-  if (x < 0) angle = 3.1415926535897932 - angle;
-  return y < 0 ? -angle : angle;
+  return octant.half + (octant.quarter + (octant.sign * atan_c + series));
 }
 inline float atan2(float y, float x) {
   return static_cast<float>(atan2(static_cast<double>(y), static_cast<double>(x)));
