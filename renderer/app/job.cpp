@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double save_interval_seconds = 5, pass_seconds = 2;
-constexpr double film_bytes = 32;        // of one pixel in one replicate, image/film.h
+constexpr int fewest_for_pairs = 32;  // samples of a replicate: with fewer, adaptive sampling loses by them
+constexpr double film_bytes = 32;     // of one pixel in one replicate, image/film.h
 constexpr double noise_map_bytes = 100;  // of one pixel, integrator/adaptive.h: both maps and what makes them
 
 volatile std::sig_atomic_t signal_received = 0;
@@ -50,7 +51,8 @@ void check_memory(const Options& options) {
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
   const bool adaptive = options["adaptive"];
-  const int of_the_pilot = adaptive && r.replicates < integrator::enough_replicates ? 2 : 0;
+  const int of_the_pilot = (adaptive && r.replicates < integrator::enough_replicates ? 2 : 0) +
+                           (adaptive && r.spp / r.replicates >= fewest_for_pairs ? 1 : 0);
   const double gigabytes =
       width * height *
       (film_bytes * r.replicates * (films_of(options) + of_the_pilot) + (adaptive ? noise_map_bytes : 0)) /
@@ -128,11 +130,10 @@ Result run(Options& options, Stage& stage, Console& console) {
   const double limit = options.has("time") ? options["time"].get<double>() : 1e30;
   result.partial = stop_signal() != 0;
   double done = 0;  // samples per pixel
-  std::optional<image::Film> spread;
   const auto pass = [&](const integrator::Renderer::Counts& from, const integrator::Renderer::Counts& until,
-                        double count, double total, const integrator::Sharing& sharing) {
+                        double count, double total, const integrator::Sharing& sharing, image::Film* spread) {
     result.partial = !renderer.render(
-        film, from, until, sharing, spread ? &*spread : nullptr,
+        film, from, until, sharing, spread,
         [&](const integrator::Status& status) {
           const double now = done + status.fraction * count, elapsed = since(render_start);
           console.progress(elapsed, std::max(now / total, elapsed / limit), static_cast<int>(now),
@@ -158,23 +159,27 @@ Result run(Options& options, Stage& stage, Console& console) {
   // The same number everywhere: all, or the pilot.
   const bool adaptive = options["adaptive"];
   const int replicates = settings.replicates;
-  const int everywhere =
-      adaptive ? settings.spp / replicates / 4 : settings.spp / replicates;  // of a replicate
+  const int each_has = settings.spp / replicates;  // every replicate
+  // Half of many samples tell, shared two by two, also how many paths a camera ray is worth.
+  const bool pairs = adaptive && each_has >= fewest_for_pairs;
+  const int everywhere = !adaptive ? each_has : pairs ? each_has / 4 * 2 : each_has / 4;
   const double until = adaptive ? limit / 4 : limit;
   if (adaptive && film.width() * film.height() < 2)
     base::fail("--adaptive: wanted a picture of two pixels or more, found one");
   const bool few = adaptive && replicates < integrator::enough_replicates;
   const int least = few ? 2 : 1;
   int each = 0;
-  const bool pairs = adaptive && everywhere >= 2 && !getenv("NOPAIRS");
+  std::optional<image::Film> spread;  // of the pilot's pairs
   if (pairs) spread.emplace(film.width(), film.height(), replicates, image::Film::Holds::data);
   // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
   // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
   // promise that, as it was before the last pass.
   std::vector<integrator::NoiseMap::Early> early;
   const bool timed = options.has("time");
-  const auto next_mark = [everywhere](int samples) {
-    for (const int mark : {everywhere / 4, everywhere / 2})
+  const int step = pairs ? 2 : 1;
+  const std::array<int, 2> marks = {everywhere / 4 / step * step, everywhere / 2 / step * step};
+  const auto next_mark = [&](int samples) {
+    for (const int mark : marks)
       if (mark > samples) return mark;
     return everywhere;
   };
@@ -187,29 +192,25 @@ Result run(Options& options, Stage& stage, Console& console) {
         early.clear();
       else
         count = std::min(count, next_mark(each) - each);
-      if (each > 0 && (timed || each == everywhere / 4 || each == everywhere / 2))
-        early.push_back({film, each});
+      if (each > 0 && (timed || each == marks[0] || each == marks[1])) early.push_back({film, each});
     }
+    count = (count + step - 1) / step * step;  // no pass parts a pair
     if (pairs) count += count % 2;
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
-         everywhere * replicates, {0, 0, [pairs](int, int) { return pairs ? 2 : 1; }});
+         everywhere * replicates, {0, 0, [pairs](int, int) { return pairs ? 2 : 1; }},
+         pairs ? &*spread : nullptr);
   }
 
   // The rest where the pixels of the other colour find noise.
   if (adaptive && !result.partial) {
-    const double camera_rays = .5 * film.width() * film.height() * each * replicates;
-    const double path_rays = (static_cast<double>(renderer.rays()) - camera_rays) / (2 * camera_rays);
-    const image::Film* s = spread ? &*spread : nullptr;
-    integrator::NoiseMap black(film, 0, each, early, s, path_rays), white(film, 1, each, early, s, path_rays);
-    spread.reset();
-    if (getenv("SHOWK")) {
-      int n[9] = {};
-      for (int y = 0; y < film.height(); ++y)
-        for (int x = 0; x < film.width(); ++x) ++n[black.together(x, y)];
-      fprintf(stderr, "K1 %d K2 %d K4 %d K8 %d path rays %.2f\n", n[1], n[2], n[4], n[8], path_rays);
-    }
+    const double paths = static_cast<double>(each) * replicates * film.width() * film.height();
+    const double path_rays = static_cast<double>(renderer.rays()) / paths - .5;
+    const auto map = [&](int color) {
+      return integrator::NoiseMap(film, color, each, early, pairs ? &*spread : nullptr, path_rays);
+    };
+    integrator::NoiseMap black = map(0), white = map(1);
     early.clear();
     // Mean samples of a replicate in the end, as each color decides.
     std::array<double, 2> last;
@@ -232,7 +233,7 @@ Result run(Options& options, Stage& stage, Console& console) {
       level = plan.levels_of_mean(now);
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
            [&](int x, int y, int) { return plan.count(x, y, level); }, count, total,
-           {each, pairs ? each / 2 : each, [&](int x, int y) { return plan.together(x, y); }});
+           {each, pairs ? each / 2 : each, [&](int x, int y) { return plan.together(x, y); }}, nullptr);
     }
   }
   if (adaptive) {  // without noise anywhere it stays with the pilot

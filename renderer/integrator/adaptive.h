@@ -36,14 +36,16 @@ class NoiseMap {
     image::Film film;
     int samples;
   };
-  // `spread`, if given, is what Renderer::render made of a pilot whose samples shared camera rays two by two,
-  // and `path_rays` the mean number of rays of a path after its camera ray.
+  // `spread`: of a pilot whose samples shared camera rays two by two, what Renderer::render says of them.
+  // path_rays: of a path after its camera ray, on average.
   NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early = {},
            const image::Film* spread = nullptr, double path_rays = 1);
 
-  // How many samples of a pixel should share a camera ray after the pilot: a power of two.
+  // How many samples of a pixel are to share a camera ray after the pilot: 1, 2 or 4; 1 without `spread`.
   int together(int x, int y) const {
-    return together_.empty() ? 1 : together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+    return together_.empty()
+               ? 1
+               : together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
   }
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;

@@ -154,19 +154,18 @@ struct Renderer::Impl {
       if (lights_changed || !lights)
         lights = std::make_unique<light::Lights>(scene, *surfaces, light_sampling_only);
     });
-    world = std::make_unique<World>(World{*accel,
-                                          *surfaces,
-                                          *lights,
-                                          model_of(t.shader),
-                                          {t.d_gamma, t.d_constant},
-                                          std::any_of(scene.materials.begin(), scene.materials.end(),
-                                                      [](const scene::Material& m) {
-                                                        return m.alpha_mode == scene::AlphaMode::blend;
-                                                      }),
-                                          {},
-                                          t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
-                                          t.hide_environment,
-                                          light_sampling_only});
+    world = std::make_unique<World>(
+        World{*accel,
+              *surfaces,
+              *lights,
+              model_of(t.shader),
+              {t.d_gamma, t.d_constant},
+              std::any_of(scene.materials.begin(), scene.materials.end(),
+                          [](const scene::Material& m) { return m.alpha_mode == scene::AlphaMode::blend; }),
+              {},
+              t.shader == Shader::direct ? std::min(t.depth, 1) : t.depth,
+              t.hide_environment,
+              light_sampling_only});
     for (const scene::Material& m : scene.materials)
       world->plain.push_back(bsdf::make(world->model, world->gtr, surface::plain(m)));
     build_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -300,7 +299,8 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
           for (int r = 0; r < m.settings.replicates; ++r)
             for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
               const math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, i);
-              film.add(x, y, r, shade(*m.world, shader, m.camera_ray(m.x0 + x, m.y0 + y, sampler), sampler, traced));
+              film.add(x, y, r,
+                       shade(*m.world, shader, m.camera_ray(m.x0 + x, m.y0 + y, sampler), sampler, traced));
             }
         },
         progress, stop);

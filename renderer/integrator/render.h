@@ -69,8 +69,8 @@ using Progress = std::function<bool(const Status&)>;
 // "emission", "diffuse.direct", "diffuse.indirect", "sheen.direct", ...: see integrator::Parts.
 std::span<const std::string> part_names();
 
-// Samples are paths, and several may go on from what one camera ray finds: of each replicate those from number
-// `from` on, `paths` together; those before had `rays` camera rays.
+// Samples are paths, and several may go on from what one camera ray finds: of each replicate those from
+// number `from` on, `paths` together; those before had `rays` camera rays.
 struct Sharing {
   int from = 0, rays = 0;
   std::function<int(int x, int y)> paths;  // none: each has its own

@@ -1,20 +1,22 @@
 #include "light/tree.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <span>
 
+#include "math/lanes.h"
 #include "math/transcendental.h"
 
 namespace light {
 
 namespace {
 
+using math::all;
 using math::dot;
+using math::Lanes;
+using math::Mask;
 using math::Vec3;
 
 // Nodes weighed whole: more cost time at every point, fewer cost noise.
@@ -82,10 +84,6 @@ double cost(const Bounds& b) {
   return b.intensity * directions(b) * area;
 }
 
-// Arithmetic on four floats, the same with g++ and clang (an extension that both have).
-typedef float Lanes __attribute__((vector_size(16)));
-typedef std::int32_t Mask __attribute__((vector_size(16)));
-Lanes all(float v) { return Lanes{v, v, v, v}; }
 Lanes load(const float* v) { return *reinterpret_cast<const Lanes*>(v); }
 Mask load(const std::int32_t* v) { return *reinterpret_cast<const Mask*>(v); }
 void store(float* to, Lanes v) { *reinterpret_cast<Lanes*>(to) = v; }

@@ -145,8 +145,8 @@ class Sampler {
     const auto entry = [index](unsigned k) {
       return detail::load(detail::sobol_table[k][(index >> (4 * k)) & 15]);
     };
-    detail::Four v = ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^
-                     ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
+    detail::Four v =
+        ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^ ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
     v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(a), high(a), low(b), high(b)}));
     const detail::FourFloats u = detail::to_unit_floats(v);
     return {u[0], u[1], u[2], u[3]};

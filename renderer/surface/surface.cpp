@@ -142,8 +142,8 @@ Triangle Surfaces::triangle(int instance, int index) const {
 Vec3 Surfaces::error(int instance, int triangle, const Vec3& b) const {
   const scene::Instance& i = scene_.instances[static_cast<size_t>(instance)];
   const scene::Mesh& mesh = scene_.meshes[static_cast<size_t>(i.mesh)];
-  return error(i, places_[static_cast<size_t>(instance)], mesh,
-               mesh.triangles[static_cast<size_t>(triangle)], b);
+  return error(i, places_[static_cast<size_t>(instance)], mesh, mesh.triangles[static_cast<size_t>(triangle)],
+               b);
 }
 
 Vec3 Surfaces::error(const scene::Instance& i, const Place& place, const scene::Mesh& mesh, const UVec3& t,
@@ -252,6 +252,14 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
   p.instance = hit.instance;
   p.triangle = hit.triangle;
   const Vec3 b = barycentric(ray, world, hit);
+  // Textures' texels are called for here and read below.
+  Textures::Place base_color, metallic_roughness, bumps;
+  const auto find = [&](const scene::Texture& texture, Textures::Place& place) {
+    if (texture.bitmap >= 0) place = textures_.find(texture, texcoord(mesh, t, b, texture));
+  };
+  find(m.base_color_texture, base_color);
+  find(m.metallic_roughness_texture, metallic_roughness);
+  find(m.normal_texture, bumps);
   p.position = world.p0 * b.x + world.p1 * b.y + world.p2 * b.z;
   p.error = error(instance, place, mesh, t, b);
 
@@ -271,12 +279,10 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
   q = plain(m);
   if (m.base_color_texture.bitmap < 0 && m.metallic_roughness_texture.bitmap < 0 && mesh.colors.empty())
     p.plain_material = mesh.material;
-  if (m.base_color_texture.bitmap >= 0)
-    q.base_color *= Vec3(textures_.colour(m.base_color_texture, texcoord(mesh, t, b, m.base_color_texture)));
+  if (m.base_color_texture.bitmap >= 0) q.base_color *= Vec3(textures_.colour(base_color));
   if (!mesh.colors.empty()) q.base_color *= Vec3(interpolate(mesh.colors, t, b));
   if (m.metallic_roughness_texture.bitmap >= 0) {
-    const Vec4 c =
-        textures_.data(m.metallic_roughness_texture, texcoord(mesh, t, b, m.metallic_roughness_texture));
+    const Vec4 c = textures_.data(metallic_roughness);
     q.roughness *= c.y;
     q.metallic *= c.z;
   }
@@ -291,7 +297,7 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
     along = tangent(mesh, instance, t, b, m.normal_texture.bitmap >= 0 ? m.normal_texture.texcoord_set : 0,
                     smooth, handedness);
   if (m.normal_texture.bitmap >= 0) {
-    const Vec4 c = textures_.data(m.normal_texture, texcoord(mesh, t, b, m.normal_texture));
+    const Vec4 c = textures_.data(bumps);
     const math::Frame f = math::frame_from_normal_and_tangent(smooth, along);
     normal = math::normalize(f.tangent * ((2 * c.x - 1) * m.normal_scale) +
                                  cross(smooth, f.tangent) * ((2 * c.y - 1) * m.normal_scale * handedness) +

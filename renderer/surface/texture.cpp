@@ -1,20 +1,21 @@
 #include "surface/texture.h"
 
+#include "math/lanes.h"
 #include "math/transcendental.h"
 
 namespace surface {
 
 namespace {
 
+using math::Lanes;
 using math::Vec2;
 using math::Vec4;
 
-// Texel index of integer coordinate i in a row of n texels.
-int wrap(int i, int n, scene::Wrap mode) {
-  if (0 <= i && i < n) return i;  // most are
+// Texel index of integer coordinate i, outside the row, in a row of n texels.
+int wrap_outside(int i, int n, scene::Wrap mode) {
   switch (mode) {
     case scene::Wrap::clamp:
-      return i < 0 ? 0 : i >= n ? n - 1 : i;
+      return i < 0 ? 0 : n - 1;
     case scene::Wrap::repeat:
       return (i % n + n) % n;
     case scene::Wrap::mirror: {
@@ -24,13 +25,17 @@ int wrap(int i, int n, scene::Wrap mode) {
   }
   return 0;
 }
+inline int wrap(int i, int n, scene::Wrap mode) {
+  return 0 <= i && i < n ? i : wrap_outside(i, n, mode);  // most are inside
+}
 
 // Brings u near [0, 2) without changing what it refers to, so that converting to int is defined.
 float reduce(float u, scene::Wrap mode) {
   if (!std::isfinite(u)) return 0;
   if (mode == scene::Wrap::clamp) return u < -1 ? -1 : u > 2 ? 2 : u;
   const float period = mode == scene::Wrap::repeat ? 1 : 2;
-  return u - period * std::floor(u / period);
+  if (std::fabs(u) >= 0x1p24f) return 0;  // an even number
+  return u - period * static_cast<float>(math::floor_to_int(u / period));
 }
 
 Vec4 decode(const Vec4& c) {
@@ -46,34 +51,41 @@ Textures::Textures(const scene::Scene& scene, bool filter_encoded)
     decoded_.push_back(math::srgb_to_linear(static_cast<float>(code) / 65535));
 }
 
-Vec4 Textures::lookup(const scene::Texture& t, const Vec2& uv, bool srgb) const {
+Textures::Place Textures::find(const scene::Texture& t, const Vec2& uv) const {
   const scene::EncodedBitmap& map = scene_.bitmaps[static_cast<size_t>(t.bitmap)];
   const int w = map.width, h = map.height;
   const float u = reduce(t.a * uv.x + t.b * uv.y + t.c, t.wrap_u) * static_cast<float>(w);
   const float v = reduce(t.d * uv.x + t.e * uv.y + t.f, t.wrap_v) * static_cast<float>(h);
+  const auto row = [&](int j) {
+    return map.texels.data() + static_cast<size_t>(wrap(j, h, t.wrap_v)) * static_cast<size_t>(w);
+  };
+  if (t.filter == scene::Filter::nearest) {
+    const math::U16Vec4* texel = row(math::floor_to_int(v)) + wrap(math::floor_to_int(u), w, t.wrap_u);
+    return {{texel, texel, texel, texel}, 0, 0};
+  }
+  const float x = u - .5f, y = v - .5f;  // texel centres are at half integers
+  const int fx = math::floor_to_int(x), fy = math::floor_to_int(y);
+  const int i = wrap(fx, w, t.wrap_u), i1 = wrap(fx + 1, w, t.wrap_u);
+  const math::U16Vec4 *upper = row(fy), *lower = row(fy + 1);
+  __builtin_prefetch(upper + i);
+  __builtin_prefetch(lower + i);
+  return {
+      {upper + i, upper + i1, lower + i, lower + i1}, x - static_cast<float>(fx), y - static_cast<float>(fy)};
+}
+
+Vec4 Textures::lookup(const Place& p, bool srgb) const {
   // Texels as they are interpolated: codes, or colours already decoded with alpha a code.
   const bool decoded = srgb && !filter_encoded_;
-  const auto texel = [&](int column, int row) {
-    const math::U16Vec4& code =
-        map.texels[static_cast<size_t>(row) * static_cast<size_t>(w) + static_cast<size_t>(column)];
-    return decoded ? Vec4(decoded_[code.x], decoded_[code.y], decoded_[code.z], code.w) : Vec4(code);
+  const auto texel = [&](int k) {
+    const math::U16Vec4& code = *p.texels[k];
+    return decoded ? Lanes{decoded_[code.x], decoded_[code.y], decoded_[code.z], static_cast<float>(code.w)}
+                   : math::load(code);
   };
-  Vec4 c;
-  if (t.filter == scene::Filter::nearest) {
-    c = texel(wrap(static_cast<int>(std::floor(u)), w, t.wrap_u),
-              wrap(static_cast<int>(std::floor(v)), h, t.wrap_v));
-  } else {
-    const float x = u - .5f, y = v - .5f;  // texel centres are at half integers
-    const float fx = std::floor(x), fy = std::floor(y);
-    const int i = wrap(static_cast<int>(fx), w, t.wrap_u), i1 = wrap(static_cast<int>(fx) + 1, w, t.wrap_u);
-    const int j = wrap(static_cast<int>(fy), h, t.wrap_v), j1 = wrap(static_cast<int>(fy) + 1, h, t.wrap_v);
-    const float a = x - fx, b = y - fy;
-    c = (texel(i, j) * (1 - a) + texel(i1, j) * a) * (1 - b) +
-        (texel(i, j1) * (1 - a) + texel(i1, j1) * a) * b;
-  }
-  if (decoded) return {c.x, c.y, c.z, c.w / 65535};
-  c = {c.x / 65535, c.y / 65535, c.z / 65535, c.w / 65535};
-  return srgb ? decode(c) : c;
+  Lanes c = math::bilinear(texel(0), texel(1), texel(2), texel(3), p.a, p.b);
+  if (decoded) return {c[0], c[1], c[2], c[3] / 65535};
+  c = c / 65535.f;
+  const Vec4 encoded(c[0], c[1], c[2], c[3]);
+  return srgb ? decode(encoded) : encoded;
 }
 
 }  // namespace surface

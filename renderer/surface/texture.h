@@ -13,16 +13,26 @@ class Textures {
   // Keeps a reference to `scene`; `filter_encoded` filters sRGB texels before decoding them.
   Textures(const scene::Scene& scene, bool filter_encoded);
 
-  // RGBA at texture coordinates uv (any float, even non-finite); colour: RGB is decoded from sRGB.
+  // The texels around texture coordinates uv (any float, even non-finite), and where between them. Found
+  // early, they are on their way from memory while other things are computed.
+  struct Place {
+    const math::U16Vec4* texels[4];  // two of a row, two of the next
+    float a, b;
+  };
+  Place find(const scene::Texture& texture, const math::Vec2& uv) const;
+
+  // RGBA there; colour: RGB is decoded from sRGB.
+  math::Vec4 colour(const Place& place) const { return lookup(place, true); }
+  math::Vec4 data(const Place& place) const { return lookup(place, false); }
   math::Vec4 colour(const scene::Texture& texture, const math::Vec2& uv) const {
-    return lookup(texture, uv, true);
+    return colour(find(texture, uv));
   }
   math::Vec4 data(const scene::Texture& texture, const math::Vec2& uv) const {
-    return lookup(texture, uv, false);
+    return data(find(texture, uv));
   }
 
  private:
-  math::Vec4 lookup(const scene::Texture& texture, const math::Vec2& uv, bool srgb) const;
+  math::Vec4 lookup(const Place& place, bool srgb) const;
 
   const scene::Scene& scene_;
   bool filter_encoded_;
