@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/lanes.h"
 #include "math/transcendental.h"
 
 namespace light {
@@ -31,7 +32,7 @@ Environment::Environment(const scene::Environment& e, bool light_sampling_only)
   if (!light_sampling_only) {
     for (int j = 0; j < rows; ++j) {
       double sum = 0;
-      for (int i = 0; i < map_.width; ++i) sum += math::luminance(texel(i, j * map_.height / rows));
+      for (int i = 0; i < map_.width; ++i) sum += math::luminance(Vec3(texel(i, j * map_.height / rows)));
       threshold += sum / map_.width * (solid_angle(j) * columns) / (4 * std::numbers::pi);
     }
     threshold *= 1 + 1e-4;
@@ -56,20 +57,28 @@ Environment::Environment(const scene::Environment& e, bool light_sampling_only)
   drawn_luminance_ = rows_.sum() / (4 * std::numbers::pi) * strength_;
 }
 
-Vec3 Environment::texel(int column, int row) const {
-  return Vec3(
-      map_.texels[static_cast<size_t>(row) * static_cast<size_t>(map_.width) + static_cast<size_t>(column)]);
+const math::Vec4& Environment::texel(int column, int row) const {
+  return map_
+      .texels[static_cast<size_t>(row) * static_cast<size_t>(map_.width) + static_cast<size_t>(column)];
+}
+
+// Calls the texels near uv from memory, to be read later.
+void Environment::fetch(const Vec2& uv) const {
+  const int x = math::floor_to_int(uv.x * static_cast<float>(map_.width) - .5f),
+            y = math::floor_to_int(uv.y * static_cast<float>(map_.height) - .5f);
+  for (const int row : {y, y + 1})
+    __builtin_prefetch(&texel(std::clamp(x, 0, map_.width - 1), std::clamp(row, 0, map_.height - 1)));
 }
 
 Vec3 Environment::bilinear(float x, float y) const {
-  const float fx = std::floor(x - .5f), fy = std::floor(y - .5f);
-  const float a = x - .5f - fx, b = y - .5f - fy;
+  const int fx = math::floor_to_int(x - .5f), fy = math::floor_to_int(y - .5f);
+  const float a = x - .5f - static_cast<float>(fx), b = y - .5f - static_cast<float>(fy);
   const auto column = [&](int i) { return i < 0 ? i + map_.width : i >= map_.width ? i - map_.width : i; };
   const auto row = [&](int j) { return std::clamp(j, 0, map_.height - 1); };
-  const int i = column(static_cast<int>(fx)), i1 = column(static_cast<int>(fx) + 1);
-  const int j = row(static_cast<int>(fy)), j1 = row(static_cast<int>(fy) + 1);
-  return (texel(i, j) * (1 - a) + texel(i1, j) * a) * (1 - b) +
-         (texel(i, j1) * (1 - a) + texel(i1, j1) * a) * b;
+  const int i = column(fx), i1 = column(fx + 1), j = row(fy), j1 = row(fy + 1);
+  const math::Lanes c = math::bilinear(math::load(texel(i, j)), math::load(texel(i1, j)),
+                                       math::load(texel(i, j1)), math::load(texel(i1, j1)), a, b);
+  return {c[0], c[1], c[2]};
 }
 
 // World direction to map coordinates in [0,1]: u = 1/2 + atan2(z, x) / 2 pi, v = acos(y) / pi.
@@ -116,6 +125,7 @@ Environment::Sample Environment::sample(float u0, float u1) const {
   const float y = top + (bottom - top) * row.u;
   const float r = std::sqrt(std::max(0.f, 1 - y * y));
   const float u = (static_cast<float>(column.index) + column.u) / static_cast<float>(columns.size());
+  fetch({u, (static_cast<float>(row.index) + row.u) / static_cast<float>(rows_.size())});
   float s, c;
   math::sin_cos(2 * math::pi * (u - .5f), s, c);
   const float x = r * c, z = r * s;

@@ -32,7 +32,8 @@ class Environment {
   double drawn_luminance() const { return drawn_luminance_; }  // what is drawn, its mean over the sphere
 
  private:
-  math::Vec3 texel(int column, int row) const;
+  const math::Vec4& texel(int column, int row) const;
+  void fetch(const math::Vec2& uv) const;
   math::Vec3 bilinear(float x, float y) const;  // in texels, [0,width] x [0,height]
   math::Vec3 radiance_at(const math::Vec2& uv) const;
   math::Vec2 to_uv(const math::Vec3& direction) const;
