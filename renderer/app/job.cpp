@@ -195,7 +195,6 @@ Result run(Options& options, Stage& stage, Console& console) {
       if (each > 0 && (timed || each == marks[0] || each == marks[1])) early.push_back({film, each});
     }
     count = (count + step - 1) / step * step;  // no pass parts a pair
-    if (pairs) count += count % 2;
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,

@@ -131,12 +131,13 @@ float bump_terminator(const Bsdf& b, const Vec3& wi) {
 void set_probabilities(Bsdf& b, const Vec3& wo) {
   const float edge = schlick(wo.z);
   float weight[lobe_count];
-  weight[0] = math::mean(b.diffuse.weight) + math::mean(b.sheen.weight) * (.02f + .1f * edge);
+  weight[0] = b.mean_diffuse + b.mean_sheen * (.02f + .1f * edge);
   // A lobe that is black at normal incidence is not so at others: seen along the normal its share must not be
   // 0.
   constexpr float tiny = std::numeric_limits<float>::min();
-  weight[1] = b.specular.present ? std::max(tiny, math::mean(b.specular.fresnel(wo.z))) : 0;
-  weight[2] = b.clearcoat.weight > 0 ? b.clearcoat.weight * b.clearcoat.fresnel(wo.z) : 0;
+  // Schlick's curve also for what follows the dielectric one: near enough for a choice.
+  weight[1] = b.specular.present ? std::max(tiny, b.mean_f0 + (1 - b.mean_f0) * edge) : 0;
+  weight[2] = b.clearcoat.weight > 0 ? b.clearcoat.weight * (.04f + .96f * edge) : 0;
   float sum = 0;
   int active = 0;
   for (float w : weight)
@@ -170,6 +171,9 @@ Bsdf make(Model model, const Gtr& gtr, const Parameters& parameters) {
     if (math::mean(b.diffuse.weight) < principled_closure_cutoff) b.diffuse.weight = Vec3(0);
     if (math::mean(b.sheen.weight) < principled_closure_cutoff) b.sheen.weight = Vec3(0);
   }
+  b.mean_diffuse = math::mean(b.diffuse.weight);
+  b.mean_sheen = math::mean(b.sheen.weight);
+  b.mean_f0 = math::mean(b.specular.f0);
   return b;
 }
 

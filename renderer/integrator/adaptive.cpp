@@ -85,10 +85,8 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
   };
   variance_ = wide(variance);
   weight = wide(weight);
-  for (size_t i = 0; i < variance_.size(); ++i) {
-    variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
-    need_.push_back(variance_[i] > 0 ? math::exp(math::log(variance_[i]) / (1 + p)) : 0);
-  }
+  for (size_t i = 0; i < variance_.size(); ++i) variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
+
   // K paths that share a camera ray cost 1 + K path_rays rays, and their mean has the variance between +
   // within / K: cost times variance is least where K is the root of within / (between path_rays).
   if (spread) {
@@ -98,14 +96,19 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
         const bool counts = checkerboard(x, y) == color;
         const glm::dvec3 mean(pilot.mean(x, y)), squares(spread->mean(x, y));
         within.push_back(counts ? squares.x : 0);
-        between.push_back(counts ? squares.y - dot(mean, mean) - squares.x / 2 : 0);
+        between.push_back(counts ? (squares.y - dot(mean, mean) - squares.x / 2) / stratified : 0);
       }
     within = wide(within), between = wide(between);
     for (size_t i = 0; i < within.size(); ++i) {
-      const double square = stratified * within[i] / (std::max(between[i], 1e-300) * path_rays);
-      together_.push_back(square < 2 ? 1 : square < 8 ? 2 : 4);  // the nearest power of two
+      const double square = within[i] / (std::max(between[i], 1e-300) * path_rays);
+      const int together = square < 2 ? 1 : square < 8 ? 2 : 4;  // the nearest power of two
+      together_.push_back(together);
+      // The pilot's variance is that of two together.
+      const double more = weight[i] > 0 ? (together - 2) * std::max(between[i], 0.) / weight[i] / 3 : 0;
+      variance_[i] = std::max(variance_[i] + more, variance_[i] / 2);
     }
   }
+  for (const double v : variance_) need_.push_back(v > 0 ? math::exp(math::log(v) / (1 + p)) : 0);
   if (const double most = *std::max_element(need_.begin(), need_.end()); most > 0)
     for (double& need : need_) need /= most;
 }

@@ -76,6 +76,8 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
               math::sqr(.5f * near_radii) * dot(x - y, x - y),
               math::length(DVec3(x)),
               math::length(DVec3(y)),
+              {},
+              {},
               shape.normal,
               shape.area,
               instance,
@@ -84,6 +86,7 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
               {},
               {},
               surfaces_.material(instance).double_sided};
+    e.unit_x = DVec3(x) / e.width, e.unit_y = DVec3(y) / e.height;
     for (int i = 0; i < 3; ++i) {
       e.vertex[i] = static_cast<std::uint8_t>((k + i) % 3);
       e.error = math::larger(e.error, surfaces_.error(instance, e.triangle, Vec3(i == 0, i == 1, i == 2)));
@@ -208,7 +211,7 @@ bool Lights::is_near(const Emitter& e, const Vec3& from) {
 }
 
 math::SphericalRectangle Lights::rectangle(const Emitter& e, const Vec3& from) {
-  return {DVec3(e.corner) - DVec3(from), DVec3(e.x) / e.width, DVec3(e.y) / e.height, e.width, e.height};
+  return {DVec3(e.corner) - DVec3(from), e.unit_x, e.unit_y, e.width, e.height};
 }
 
 math::SphericalTriangle Lights::triangle(const Emitter& e, const Vec3& from) {
@@ -243,7 +246,7 @@ std::optional<Sample> Lights::sample_emitter(const Emitter& e, const Vec3& from,
   const Vec3 p = e.corner + e.x * a + e.y * b, d = p - from;
   const float d2 = dot(d, d);
   if (!(d2 > 0)) return std::nullopt;
-  s.wi = d / std::sqrt(d2);
+  s.wi = d * (1 / std::sqrt(d2));
   const float cosine = -dot(e.normal, s.wi);
   if (cosine == 0 || (!e.two_sided && cosine < 0)) return std::nullopt;
   s.pdf = pdf > 0 ? pdf : d2 / (std::fabs(cosine) * e.area);

@@ -48,6 +48,7 @@ class Lights {
     math::Vec3 centre;        // of the rectangle, or of the triangle's largest side
     float near2;              // square of the distance within which it is sampled by solid angle
     double width, height;     // lengths of x and y
+    math::DVec3 unit_x, unit_y;
     math::Vec3 normal;
     float area;
     int instance;

@@ -63,7 +63,8 @@ inline Vec3 sample_visible_normal(const Vec3& wo, float alpha_x, float alpha_y, 
   double x = static_cast<double>(wo.x) * alpha_x, y = static_cast<double>(wo.y) * alpha_y, z = wo.z;
   const double length = std::sqrt(x * x + y * y + z * z);
   if (!(length > 0)) return {0, 0, 1};
-  x /= length, y /= length, z /= length;
+  const double shorter = 1 / length;
+  x *= shorter, y *= shorter, z *= shorter;
   // A point c uniform on the sphere's cap above -z; the half vector is c + w.
   const double h_z = (1 - static_cast<double>(u1)) * (1 + z), c_z = h_z - z;
   const double radius = std::sqrt(std::max(0., (1 - c_z) * (1 + c_z)));
