@@ -135,6 +135,33 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
   }
 }
 
+// What camera rays find differs to the left, paths from one of them to the right, so that both halves have
+// the same variance.
+TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
+  constexpr int rays = 8;
+  image::Film film(size, size, replicates), spread(size, size, replicates, image::Film::Holds::data);
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x)
+      for (int r = 0; r < replicates; ++r)
+        for (int i = 0; i < rays; ++i) {
+          const math::Sampler sampler(math::Sampler::Kind::random, 4, x, y, r, static_cast<std::uint32_t>(i));
+          const math::Vec4 u = sampler.get(0);
+          const float found = x < size / 2 ? .9f * u.x : 0, rest = x < size / 2 ? .1f : .9f;
+          const Vec3 a(found + rest * u.y), b(found + rest * u.z), half = (a + b) * .5f;
+          film.add(x, y, r, a), film.add(x, y, r, b);
+          spread.add(x, y, r, {dot(a - b, a - b) / 2, dot(half, half), 0});
+        }
+  const auto of = [&](double path_rays) { return NoiseMap(film, 0, 2 * rays, {}, &spread, path_rays); };
+  EXPECT_EQ(of(2).together(3, 3), 1);
+  EXPECT_EQ(of(2).together(size - 4, 3), 4);
+  EXPECT_EQ(of(1e9).together(size - 4, 3), 1);  // camera rays cost nothing beside such paths
+  EXPECT_EQ(NoiseMap(film, 0, 2 * rays).together(size - 4, 3), 1);
+  // Counts are whole camera rays, four by four.
+  const NoiseMap map = of(2);
+  for (int x = 0; x < size; ++x)
+    EXPECT_EQ((map.count(x, 5, map.level_of_mean(100)) - 2 * rays) % (4 * map.together(x, 5)), 0) << x;
+}
+
 TEST(Adaptive, a_picture_without_noise_stays_with_its_pilot) {
   image::Film film(4, 4, replicates);
   for (int y = 0; y < 4; ++y)

@@ -317,15 +317,15 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
             const First first =
                 first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, camera_sampler), camera_sampler, traced);
             Vec3 before(0);
-            for (; i < last; ++i) {
+            for (const int begin = i; i < last; ++i) {
               Parts values;
               const Vec3 radiance = m.path(first, m.sampler(m.x0 + x, m.y0 + y, r, i), traced,
                                            parts.empty() ? nullptr : &values);
               film.add(x, y, r, radiance);
               for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
-              if (spread && (i - sharing.from) % 2 == 1) {
-                const Vec3 less = radiance - before, mean = (radiance + before) * .5f;
-                spread->add(x, y, r, {math::dot(less, less) / 2, math::dot(mean, mean), 0});
+              if (spread && (i - begin) % 2 == 1) {
+                const Vec3 difference = radiance - before, half = (radiance + before) * .5f;
+                spread->add(x, y, r, {math::dot(difference, difference) / 2, math::dot(half, half), 0});
               }
               before = radiance;
             }
@@ -358,10 +358,7 @@ image::Image Renderer::first_hit(Shader shader, bool depth) const {
     if (depth) {
       accel::Hit hit;
       ++traced;
-      if (m.accel->closest(ray, 0, hit)) {
-        const math::DVec3 way = math::DVec3(m.surfaces->at(ray, hit).position) - math::DVec3(ray.origin);
-        result.at(x, y) = Vec3(static_cast<float>(math::dot(way, math::DVec3(ray.direction))));
-      }
+      if (m.accel->closest(ray, 0, hit)) result.at(x, y) = Vec3(m.surfaces->at(ray, hit).distance);
     } else {
       result.at(x, y) = shade(*m.world, shader, ray, sampler, traced);
     }

@@ -104,8 +104,9 @@ class Renderer {
   // The same for counts that differ from pixel to pixel: of each replicate, samples from `done` until
   // `wanted`.
   using Counts = std::function<int(int x, int y, int replicate)>;
-  // `spread`, if not null (of data and the size of `film`), takes, of every two samples that share a camera
-  // ray and summed over channels: x half the square of their difference, y the square of their mean.
+  // `spread`, if not null (of data and the size of `film`), takes, of every two samples of this call that
+  // share a camera ray and summed over channels: x half the square of their difference, y the square of their
+  // mean.
   bool render(image::Film& film, const Counts& done, const Counts& wanted, const Sharing& sharing = {},
               image::Film* spread = nullptr, const Progress& progress = {}, std::span<image::Film> parts = {},
               const std::atomic<bool>* stop = nullptr) const;

@@ -262,6 +262,7 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
   find(m.normal_texture, bumps);
   p.position = world.p0 * b.x + world.p1 * b.y + world.p2 * b.z;
   p.error = error(instance, place, mesh, t, b);
+  p.distance = static_cast<float>(dot(DVec3(p.position) - DVec3(ray.origin), DVec3(ray.direction)));
 
   // Turn the normals to the side the ray came from.
   const Vec3 wo = -ray.direction;

@@ -24,6 +24,7 @@ struct Triangle {
 struct Point {
   math::Vec3 position;
   math::Vec3 error;    // bound of the rounding of each coordinate of `position`, Embree's share included
+  float distance = 0;  // along the ray
   math::Vec3 geometric_normal;  // world, on the side the ray came from
   bool front = true;            // whether that is the front
   math::Vec3 normal;            // world: smooth and normal-mapped, on the ray's side, before bending
