@@ -29,6 +29,7 @@ struct SpeedArguments {
   std::vector<std::string> renderers;
   speed::Plan plan;
   bool page_only = false, without_defaults = false;
+  double bias = 0;  // percent; 0: not asked for
 };
 
 json read_json(const std::string& file) {
@@ -61,7 +62,7 @@ class Session {
         manifest_(read_json(layout_.root + "/speed/scenes.json")),
         runner_(folder_ + "/scratch") {
     const std::string kept = folder_ + "/results.json";
-    if ((a_.page_only || !a_.pattern.empty()) && fs::exists(kept)) all_ = read_json(kept);
+    if ((a_.page_only || a_.bias > 0 || !a_.pattern.empty()) && fs::exists(kept)) all_ = read_json(kept);
     for (const char* part : {"scenes", "series", "what"})
       if (!all_.contains(part)) all_[part] = json::object();
     if (!all_.contains("command")) all_["command"] = a_.command;
@@ -105,6 +106,10 @@ class Session {
       const std::string name = scene["name"], file = scene_file(name);
       if (!selected(name) || !is_made(name, file)) continue;
       attempt(name, [&] {
+        if (a_.bias > 0) {
+          all_["bias"][name] = speed::measure_bias(file, a_.bias / 100, a_.plan, contestants_, runner_);
+          return;
+        }
         json result =
             speed::measure_scene(name, file, a_.plan, contestants_, runner_, [&](const json& so_far) {
               all_["scenes"][name] = so_far, all_["what"][name] = scene["what"];
@@ -117,7 +122,7 @@ class Session {
     }
     for (const json& series : manifest_["series"]) {
       const std::string name = series["name"];
-      if (!selected("growth_" + name)) continue;
+      if (a_.bias > 0 || !selected("growth_" + name)) continue;
       attempt("growth_" + name, [&] {
         for (const json& point : series["points"])
           if (!is_made(point["scene"], scene_file(point["scene"]))) return;
@@ -125,7 +130,8 @@ class Session {
             speed::measure_series(series, folder_ + "/scenes", a_.plan, contestants_, runner_);
       });
     }
-    if (!a_.without_defaults && selected("small") && is_made("cornell", scene_file("cornell")))
+    if (a_.bias == 0 && !a_.without_defaults && selected("small") &&
+        is_made("cornell", scene_file("cornell")))
       attempt("small", [&] {
         all_["small"] = speed::measure_small(scene_file("cornell"), ours, contestants_, folder_ + "/scratch");
       });
@@ -209,6 +215,13 @@ void add_speed(CLI::App& app, const std::vector<std::string>& arguments, int& co
   command->add_option("--seconds-per-scene", a->plan.seconds, "About; more gives more samples and rounds")
       ->check(between(.1, 1e5))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--bias", a->bias,
+          "Instead of speed: how far the mean of adaptive pictures is from that of fixed ones, until its "
+          "interval at 99.9 % is PERCENT of it or --seconds-per-scene are over; the rest keeps its results")
+      ->type_name("PERCENT")
+      ->check(between(1e-3, 100));
   command->add_option("--size", a->plan.size, "Pixels across and down")
       ->check(CLI::Range(8, 4096))
       ->capture_default_str();

@@ -10,6 +10,7 @@
 #include "speed/compare.h"
 #include "speed/contestants.h"
 #include "speed/measure.h"
+#include "speed/series.h"
 
 namespace app {
 namespace {
@@ -104,6 +105,26 @@ TEST_F(Speed, finds_the_ratio_of_times_the_exponent_and_the_bias_that_were_plant
   ASSERT_EQ(points.size(), 2);
   EXPECT_NEAR(points[1]["other"]["seconds"].get<double>() * 256 / .0004, 1, 1e-9);
   EXPECT_TRUE(fs::exists(suite_.layout.build + "/speed/index.html"));
+}
+
+// One of two has a bias of 4 % of the mean; variance .04 / 64 in 3,072 numbers leaves means of 20 pictures
+// uncertain by .02 % each.
+TEST_F(Speed, measures_the_bias_of_a_family_until_its_interval_is_what_was_asked_for) {
+  std::vector<speed::Contestant> contestants = {speed::custom_contestant(stub("fixed", "0", ".04", "0")),
+                                                speed::custom_contestant(stub("adaptive", "0", ".04", ".02")),
+                                                speed::custom_contestant(stub("stranger", "0", ".04", "0"))};
+  contestants[1].family = contestants[0].family, contestants[1].is_reference = false;
+  speed::Plan plan;
+  plan.size = 32, plan.seconds = 30;
+  speed::Runner runner(suite_.layout.build + "/scratch");
+  const json bias =
+      speed::measure_bias(suite_.layout.build + "/speed/scenes/grey.glb", 1, plan, contestants, runner);
+  ASSERT_EQ(bias.size(), 1);
+  EXPECT_EQ(bias["adaptive"]["pictures"], 20);
+  const double relative = bias["adaptive"]["relative"], error = bias["adaptive"]["error"];
+  EXPECT_GT(error, 0);
+  EXPECT_LT(error, .001);
+  EXPECT_NEAR(relative, .04, 5 * error);
 }
 
 TEST_F(Speed, writes_its_section_of_a_page_and_makes_it_again_without_measuring) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <regex>
 
 #include "base/error.h"
@@ -130,6 +132,47 @@ json measure_small(const std::string& scene, const std::string& assay,
         Runner fresh(scratch);  // its workers end with it
         fresh.render(contestant, order);
       });
+  return out;
+}
+
+json measure_bias(const std::string& file, double resolved, const Plan& plan,
+                  const std::vector<Contestant>& contestants, Runner& runner) {
+  struct Sum {
+    const Contestant* contestant;
+    double n = 0, sum = 0, squares = 0;
+    double mean() const { return sum / n; }
+    double error2() const { return (squares / n - mean() * mean()) / (n - 1); }
+  };
+  std::vector<Sum> sums;
+  for (const Contestant& c : contestants)
+    if (c.family == contestants.front().family && (c.is_reference == sums.empty())) sums.push_back({&c});
+  json out = json::object();
+  if (sums.size() < 2) return out;
+  Order order;
+  order.scene = file, order.size = plan.size, order.threads = plan.threads, order.spp = 64;
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  constexpr int fewest = 20;
+  for (bool enough = false; !enough;) {
+    for (Sum& s : sums) {
+      ++order.seed;
+      const std::vector<float> values = runner.render(*s.contestant, order).picture.data;
+      const double mean =
+          std::accumulate(values.begin(), values.end(), 0.) / static_cast<double>(values.size());
+      ++s.n, s.sum += mean, s.squares += mean * mean;
+    }
+    if (sums[0].n < fewest) continue;
+    enough = true;
+    for (std::size_t i = 1; i < sums.size(); ++i) {
+      const double truth = sums[0].mean(), error = std::sqrt(sums[0].error2() + sums[i].error2()) / truth;
+      out[sums[i].contestant->name] = {
+          {"relative", sums[i].mean() / truth - 1}, {"error", error}, {"pictures", sums[0].n}};
+      enough = enough && normal_999 * error < resolved;
+    }
+    enough = enough || seconds() > plan.seconds;
+  }
   return out;
 }
 

@@ -24,6 +24,12 @@ nlohmann::json measure_series(const nlohmann::json& series, const std::string& s
 nlohmann::json measure_small(const std::string& scene, const std::string& assay,
                              const std::vector<Contestant>& contestants, const std::string& scratch);
 
+// How far the mean of pictures with 64 samples is from that of fixed samples, in turn, for each contestant
+// that has the first one's reference and is not it: {NAME: {"relative", "error", "pictures": of each}}.
+// Until 3.29 standard errors are below `resolved` (relative), at least 20 pictures, at most plan.seconds.
+nlohmann::json measure_bias(const std::string& file, double resolved, const Plan& plan,
+                            const std::vector<Contestant>& contestants, Runner& runner);
+
 // Percent of the samples that `perf` finds in each library while the command runs: {"libembree3.so.3": 56.1}.
 // Null where perf cannot be used.
 nlohmann::json profile(const std::vector<std::string>& command, const std::string& scratch);

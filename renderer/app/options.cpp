@@ -87,7 +87,7 @@ const std::vector<Row> table = {
     {samples, "spp", "N", 256, integer(1, 1 << 24), {}, "samples per pixel"},
     {samples, "replicates", "N", {}, integer(1, 64), {}, "independent parts of the samples, whose spread is the variance; "
      "divides the samples (the largest divisor up to 8)"},
-    {samples, "adaptive", "", false, any, {}, "spend three quarters of the samples where a first quarter found noise; without bias"},
+    {samples, "adaptive", "", false, any, {}, "spend the samples where a first part of them found noise; without bias"},
     {samples, "noise", "N", {}, above(0, 10), {}, "--adaptive: as many samples as this noise of the picture, relative to its mean, takes; "
      "a quarter of --spp looks first"},
     {samples, "time", "N", {}, above(0, 1e9), {}, "stop after this many seconds at a whole pass; not reproducible"},
