@@ -20,7 +20,7 @@ constexpr double p = 1.5;
 // stratified better than those of paths. Measured from 1 to 16.
 constexpr double stratified = 2;
 
-// Sobol points come in groups of four that are well distributed by themselves.
+// Sobol points, and so camera rays, come in groups of four that are well distributed by themselves.
 constexpr int group = 4;
 
 // Means over 5 x 5 pixels.
@@ -101,7 +101,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     within = wide(within), between = wide(between);
     for (size_t i = 0; i < within.size(); ++i) {
       const double square = within[i] / (std::max(between[i], 1e-300) * path_rays);
-      const int together = square < 2 ? 1 : square < 8 ? 2 : 4;  // the nearest power of two
+      const int together = square >= 8 ? 4 : square >= 2 ? 2 : 1;  // the nearest power of two; 1 if 0 / 0
       together_.push_back(together);
       // The pilot's variance is that of two together.
       const double more = weight[i] > 0 ? (together - 2) * std::max(between[i], 0.) / weight[i] / 3 : 0;
@@ -113,11 +113,13 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     for (double& need : need_) need /= most;
 }
 
+int NoiseMap::group_of(size_t pixel) const { return group * (together_.empty() ? 1 : together_[pixel]); }
+
 int NoiseMap::count(int x, int y, double level) const {
   // The fraction left by rounding down is one more group for as many pixels, chosen by a hash.
   const auto pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) + static_cast<std::uint64_t>(x);
-  const int size = group * together(x, y);
+  const int size = group_of(pixel);
   const double more = std::clamp(level * need_[pixel] - pilot_, 0., 1e9);
   return pilot_ +
          size * static_cast<int>(more / size + static_cast<double>(math::hash64(pixel) >> 11) * 0x1p-53);
@@ -146,9 +148,10 @@ double NoiseMap::mean_for_noise(double noise, double most) const {
     double sum = 0;
     for (size_t i = 0; i < need_.size(); ++i) {
       // The mean of 1 / count(): counts are rounded, up or down by chance.
-      const double groups = std::max(0., level * need_[i] - pilot_) / group, whole = std::floor(groups);
-      const double least = pilot_ + group * whole, up = groups - whole;
-      sum += variance_[i] * ((1 - up) / least + up / (least + group));
+      const int size = group_of(i);
+      const double groups = std::max(0., level * need_[i] - pilot_) / size, whole = std::floor(groups);
+      const double least = pilot_ + size * whole, up = groups - whole;
+      sum += variance_[i] * ((1 - up) / least + up / (least + size));
     }
     return std::sqrt(sum / static_cast<double>(need_.size()) / replicates_) / mean_;
   };

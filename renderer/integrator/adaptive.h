@@ -57,6 +57,7 @@ class NoiseMap {
 
  private:
   double mean_count(double level) const;
+  int group_of(size_t pixel) const;  // samples that are added to it together
   int width_, height_, replicates_, pilot_;
   double mean_ = 0;  // of these pixels and channels
   // Row by row: variance of one sample, mean of the neighbours of the colour; what it needs of samples, to a

@@ -156,6 +156,11 @@ TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
   EXPECT_EQ(of(2).together(size - 4, 3), 4);
   EXPECT_EQ(of(1e9).together(size - 4, 3), 1);  // camera rays cost nothing beside such paths
   EXPECT_EQ(NoiseMap(film, 0, 2 * rays).together(size - 4, 3), 1);
+  // Where no path goes on from what is seen, camera rays are all there is.
+  image::Film seen(size, size, replicates), alike(size, size, replicates, image::Film::Holds::data);
+  for (int i = 0; i < 2 * size * size; ++i)
+    seen.add(i / 2 % size, i / 2 / size, i % 2, Vec3(static_cast<float>(i % 3)));
+  EXPECT_EQ(NoiseMap(seen, 0, 1, {}, &alike, 0).together(3, 3), 1);
   // Counts are whole camera rays, four by four.
   const NoiseMap map = of(2);
   for (int x = 0; x < size; ++x)
