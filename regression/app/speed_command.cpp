@@ -100,7 +100,7 @@ class Session {
     }
     if (contestants_.empty()) base::fail("--only-given: wanted --renderer NAME='CMD …' with it, found none");
     const std::string ours = a_.without_defaults ? "" : speed::command_line(contestants_[0], {}, "")[0];
-    all_["machine"] = speed::machine(ours);
+    if (a_.bias == 0) all_["machine"] = speed::machine(ours);
 
     for (const json& scene : manifest_["scenes"]) {
       const std::string name = scene["name"], file = scene_file(name);
