@@ -29,8 +29,8 @@ struct Bsdf {
   Specular specular;
   Clearcoat clearcoat;
   float mean_diffuse = 0, mean_sheen = 0, mean_f0 = 0;  // over the channels, of the weights above
-  float probability[lobe_count] = {0, 0, 0};  // of choosing each lobe; all zero if nothing reflects
-  bool only_delta = false;                    // light sampling is useless: eval is zero everywhere
+  float probability[lobe_count] = {0, 0, 0};            // of choosing each lobe; all zero if nothing reflects
+  bool only_delta = false;                              // light sampling is useless: eval is zero everywhere
 };
 
 struct Sample {
