@@ -82,6 +82,11 @@ Section equal_errors(const json& all) {
   return s;
 }
 
+// A relative bias with its interval at 99.9 %.
+std::string bias_text(double relative, double error) {
+  return format("%+.3f", 100 * relative) + " ± " + format("%.3f %%", 100 * normal_999 * error);
+}
+
 Section fits(const json& all) {
   Section s;
   s.title = "How error falls, and what stays";
@@ -109,10 +114,7 @@ Section fits(const json& all) {
                           : "< " + format("%.2f %%", 100 * std::sqrt(std::max(value, 0.) + error) / mean);
       }
       const json& bias = contestant.at("mean_bias");
-      const std::string mean_text = bias.is_null()
-                                        ? "–"
-                                        : format("%+.3f", 100 * bias[0].get<double>()) + " ± " +
-                                              format("%.3f %%", 100 * normal_999 * bias[1].get<double>());
+      const std::string mean_text = bias.is_null() ? "–" : bias_text(bias[0], bias[1]);
       const double theirs =
           scene["contestants"].contains("cycles") ? efficiency(scene["contestants"]["cycles"], 64) : 0;
       const double own = efficiency(contestant, contestant.at("compared_at").get<int>());
@@ -131,9 +133,7 @@ Section adaptive_bias(const json& all) {
   s.header = {"scene", "contestant", "bias of the mean", "pictures"};
   for (const auto& [scene, contestants] : all.at("bias").items())
     for (const auto& [name, bias] : contestants.items())
-      s.rows.push_back({scene, name,
-                        format("%+.3f", 100 * bias.at("relative").get<double>()) + " ± " +
-                            format("%.3f %%", 100 * normal_999 * bias.at("error").get<double>()),
+      s.rows.push_back({scene, name, bias_text(bias.at("relative"), bias.at("error")),
                         format("%.0f", bias.at("pictures").get<double>())});
   return s;
 }

@@ -17,7 +17,7 @@ namespace {
 constexpr float embree_limit = 1.844e18f;
 
 // `limit` is that of Embree, or what is left of it for rays that go into instances (limit_of).
-inline bool valid(const Ray& r, float limit) {
+bool valid(const Ray& r, float limit) {
   for (int i = 0; i < 3; ++i)
     if (!(std::fabs(r.origin[i]) < limit) || !(std::fabs(r.direction[i]) < limit)) return false;
   return r.t_max > 0;  // false for NaN

@@ -89,7 +89,7 @@ const std::vector<Row> table = {
      "divides the samples (the largest divisor up to 8)"},
     {samples, "adaptive", "", false, any, {}, "spend the samples where a first part of them found noise; without bias"},
     {samples, "noise", "N", {}, above(0, 10), {}, "--adaptive: as many samples as this noise of the picture, relative to its mean, takes; "
-     "a quarter of --spp looks first"},
+     "the first part of --spp looks"},
     {samples, "time", "N", {}, above(0, 1e9), {}, "stop after this many seconds at a whole pass; not reproducible"},
     {samples, "seed", "N", 1, integer(0, 0x7fffffff), {}, "of the random numbers"},
     {samples, "sampler", "NAME", "sobol", any, {"sobol", "random"}, "sobol is Owen-scrambled"},

@@ -87,6 +87,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
   weight = wide(weight);
   for (size_t i = 0; i < variance_.size(); ++i) variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
 
+  together_.assign(variance_.size(), 1);
   // K paths that share a camera ray cost 1 + K path_rays rays, and their mean has the variance between +
   // within / K: cost times variance is least where K is the root of within / (between path_rays).
   if (spread) {
@@ -101,10 +102,9 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     within = wide(within), between = wide(between);
     for (size_t i = 0; i < within.size(); ++i) {
       const double square = within[i] / (std::max(between[i], 1e-300) * path_rays);
-      const int together = square >= 8 ? 4 : square >= 2 ? 2 : 1;  // the nearest power of two; 1 if 0 / 0
-      together_.push_back(together);
+      together_[i] = square >= 8 ? 4 : square >= 2 ? 2 : 1;  // the nearest power of two; 1 if 0 / 0
       // The pilot's variance is that of two together.
-      const double more = weight[i] > 0 ? (together - 2) * std::max(between[i], 0.) / weight[i] / 3 : 0;
+      const double more = weight[i] > 0 ? (together_[i] - 2) * std::max(between[i], 0.) / weight[i] / 3 : 0;
       variance_[i] = std::max(variance_[i] + more, variance_[i] / 2);
     }
   }
@@ -113,7 +113,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     for (double& need : need_) need /= most;
 }
 
-int NoiseMap::group_of(size_t pixel) const { return group * (together_.empty() ? 1 : together_[pixel]); }
+int NoiseMap::group_of(size_t pixel) const { return group * together_[pixel]; }
 
 int NoiseMap::count(int x, int y, double level) const {
   // The fraction left by rounding down is one more group for as many pixels, chosen by a hash.

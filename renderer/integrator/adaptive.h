@@ -43,9 +43,7 @@ class NoiseMap {
 
   // How many samples of a pixel are to share a camera ray after the pilot: 1, 2 or 4; 1 without `spread`.
   int together(int x, int y) const {
-    return together_.empty()
-               ? 1
-               : together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+    return together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
   }
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;

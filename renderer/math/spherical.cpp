@@ -11,12 +11,8 @@ namespace {
 
 constexpr double two_pi = 6.283185307179586;
 
-double dot_d(const DVec3& a, const DVec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-DVec3 cross_d(const DVec3& a, const DVec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 DVec3 unit(const DVec3& v) {
-  const double square = dot_d(v, v);
+  const double square = dot(v, v);
   return square > 0 ? v / std::sqrt(square) : v;
 }
 
@@ -43,17 +39,17 @@ Turn corner(double a, double b, double z) {
 }
 
 // Unit vector in the plane of `from` and `to`, perpendicular to `from`, on the side of `to`.
-DVec3 across(const DVec3& from, const DVec3& to) { return unit(to - from * dot_d(from, to)); }
+DVec3 across(const DVec3& from, const DVec3& to) { return unit(to - from * dot(from, to)); }
 
 }  // namespace
 
 SphericalRectangle::SphericalRectangle(const DVec3& c, const DVec3& x, const DVec3& y, double width,
                                        double height)
-    : x0_(dot_d(c, x)),
+    : x0_(dot(c, x)),
       x1_(x0_ + width),
-      y0_(dot_d(c, y)),
+      y0_(dot(c, y)),
       y1_(y0_ + height),
-      z_(-std::fabs(dot_d(c, cross_d(x, y)))) {
+      z_(-std::fabs(dot(c, cross(x, y)))) {
   // The sum of the four angles less 2 pi.
   solid_angle_ = angle((corner(-y0_, x1_, z_) * corner(x1_, y1_, z_)) *
                        (corner(y1_, -x0_, z_) * corner(-x0_, -y0_, z_)));
@@ -79,30 +75,29 @@ DVec2 SphericalRectangle::sample(double u, double v) const {
 
 SphericalTriangle::SphericalTriangle(const DVec3& a, const DVec3& b, const DVec3& c)
     : corner_{a, b, c}, unit_{unit(a), unit(b), unit(c)} {
-  volume_ = std::fabs(dot_d(unit_[0], cross_d(unit_[1], unit_[2])));
+  volume_ = std::fabs(dot(unit_[0], cross(unit_[1], unit_[2])));
   solid_angle_ =
-      2 *
-      angle({1 + dot_d(unit_[0], unit_[1]) + dot_d(unit_[1], unit_[2]) + dot_d(unit_[2], unit_[0]), volume_});
+      2 * angle({1 + dot(unit_[0], unit_[1]) + dot(unit_[1], unit_[2]) + dot(unit_[2], unit_[0]), volume_});
 }
 
 DVec3 SphericalTriangle::sample(double u, double v) const {
   // Arvo's algorithm. `alpha` is the angle at a: of the planes of a, b and of a, c.
   const auto& [a, b, c] = unit_;
-  const Turn alpha = unit(Turn{dot_d(cross_d(a, b), cross_d(a, c)), volume_});
+  const Turn alpha = unit(Turn{dot(cross(a, b), cross(a, c)), volume_});
   Turn part{};
   sin_cos(u * solid_angle_, part.sine, part.cosine);
   const Turn phi = part * Turn{alpha.cosine, -alpha.sine};
-  const double cos_ab = dot_d(a, b);
+  const double cos_ab = dot(a, b);
   const double p = phi.cosine - alpha.cosine, q = phi.sine + alpha.sine * cos_ab;
   const double cut = (q * phi.cosine - p * phi.sine) * alpha.cosine - q;
   const double scale = (q * phi.sine + p * phi.cosine) * alpha.sine;
   const double cos_side = scale != 0 ? std::clamp(cut / scale, -1., 1.) : 1;
   const DVec3 on_side = a * cos_side + across(a, c) * std::sqrt((1 - cos_side) * (1 + cos_side));
-  const double z = 1 - v * (1 - dot_d(on_side, b));
+  const double z = 1 - v * (1 - dot(on_side, b));
   const DVec3 d = b * z + across(b, on_side) * std::sqrt(std::max(0., (1 - z) * (1 + z)));
   // Where that direction meets the triangle: the weights are in proportion to volumes.
-  const double wa = dot_d(d, cross_d(corner_[1], corner_[2])), wb = dot_d(d, cross_d(corner_[2], corner_[0])),
-               wc = dot_d(d, cross_d(corner_[0], corner_[1]));
+  const double wa = dot(d, cross(corner_[1], corner_[2])), wb = dot(d, cross(corner_[2], corner_[0])),
+               wc = dot(d, cross(corner_[0], corner_[1]));
   const double sum = wa + wb + wc;
   if (!(std::fabs(sum) > 0)) return {1. / 3, 1. / 3, 1. / 3};
   const double x = std::clamp(wa / sum, 0., 1.), y = std::clamp(wb / sum, 0., 1. - x);
