@@ -198,7 +198,8 @@ Result run(Options& options, Stage& stage, Console& console) {
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
-         everywhere * replicates, {0, 0, [pairs](int, int) { return pairs ? 2 : 1; }},
+         everywhere * replicates,
+         pairs ? integrator::Sharing{0, 0, [](int, int) { return 2; }} : integrator::Sharing{},
          pairs ? &*spread : nullptr);
   }
 
@@ -232,7 +233,9 @@ Result run(Options& options, Stage& stage, Console& console) {
       level = plan.levels_of_mean(now);
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
            [&](int x, int y, int) { return plan.count(x, y, level); }, count, total,
-           {each, pairs ? each / 2 : each, [&](int x, int y) { return plan.together(x, y); }}, nullptr);
+           pairs ? integrator::Sharing{each, each / 2, [&](int x, int y) { return plan.together(x, y); }}
+                 : integrator::Sharing{},
+           nullptr);
     }
   }
   if (adaptive) {  // without noise anywhere it stays with the pilot

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <limits>
 
+#include "math/sampler.h"
 #include "math/warp.h"
 
 namespace bsdf {
@@ -233,20 +234,23 @@ std::array<Vec3, eval_lobe_count> eval_lobes(const Bsdf& b, const Vec3& wo, cons
   return f;
 }
 
-std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u_lobe, float u, float v) {
-  if (!(wo.z > 0)) return std::nullopt;
-  int lobe = 0;
+namespace {
+
+// The lobe chosen by u, or -1 if none reflects; u becomes what is left of it, in [0,1).
+int choose_lobe(const Bsdf& b, float& u) {
+  int lobe = -1;
   float below = 0;
-  int last = -1;
   for (int i = 0; i < lobe_count; ++i) {
     if (!(b.probability[i] > 0)) continue;
-    last = i;
+    if (lobe >= 0) below += b.probability[lobe];
     lobe = i;
-    if (u_lobe < below + b.probability[i]) break;
-    below += b.probability[i];
+    if (u < below + b.probability[i]) break;
   }
-  if (last < 0) return std::nullopt;
+  if (lobe >= 0) u = std::clamp((u - below) / b.probability[lobe], 0.f, math::largest_u);
+  return lobe;
+}
 
+std::optional<Sample> sample_lobe(const Bsdf& b, const Vec3& wo, int lobe, float u, float v) {
   Sample s;
   s.lobe = static_cast<Lobe>(lobe);
   const bool mirror = (s.lobe == Lobe::specular && b.specular.is_delta) ||
@@ -278,6 +282,18 @@ std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u_lobe, float 
   s.f_cos = value.f_cos;
   s.pdf = value.pdf;
   return s;
+}
+
+}  // namespace
+
+std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u_lobe, float u, float v) {
+  const int lobe = wo.z > 0 ? choose_lobe(b, u_lobe) : -1;
+  return lobe >= 0 ? sample_lobe(b, wo, lobe, u, v) : std::nullopt;
+}
+
+std::optional<Sample> sample(const Bsdf& b, const Vec3& wo, float u, float v) {
+  const int lobe = wo.z > 0 ? choose_lobe(b, u) : -1;
+  return lobe >= 0 ? sample_lobe(b, wo, lobe, u, v) : std::nullopt;
 }
 
 Vec3 albedo(const Bsdf& b) { return b.diffuse.weight + (b.specular.present ? b.specular.f0 : Vec3(0)); }

@@ -62,6 +62,8 @@ std::array<Vec3, eval_lobe_count> eval_lobes(const Bsdf& bsdf, const Vec3& wo, c
 // eval()'s of that wi, bit for bit. nullopt: no reflection (the
 // direction fell below the surface, or nothing reflects), which counts as a sample of weight zero.
 std::optional<Sample> sample(const Bsdf& bsdf, const Vec3& wo, float u_lobe, float u, float v);
+// The same with two numbers: u chooses the lobe, and what it leaves of u is stretched for the direction.
+std::optional<Sample> sample(const Bsdf& bsdf, const Vec3& wo, float u, float v);
 
 // Reflectance for the albedo layer: diffuse and metal colour.
 Vec3 albedo(const Bsdf& bsdf);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "bsdf/testing.h"
+#include "math/sampler.h"
 
 namespace bsdf {
 namespace {
@@ -136,6 +137,40 @@ TEST(Principled, a_mirror_among_other_lobes_reflects_as_much_as_the_glossy_lobe_
   p.roughness = .018f;
   const double glossy = albedo_by_sampling(prepare(Model::principled, {}, p, {}, wo), wo, glossy_error);
   EXPECT_NEAR(mirror, glossy, 5 * (error + glossy_error) + .002);
+}
+
+// The number that chooses the lobe, stretched over what it leaves, is the direction's: both ways of drawing
+// then give one direction.
+TEST(Sample, TwoNumbersDrawWhatThreeDo) {
+  Parameters p;
+  p.base_color = {.6f, .4f, .2f};
+  p.clearcoat = 1;
+  const Vec3 wo = direction(.6f, .3f);
+  const Bsdf b = prepare(Model::disney, {}, p, {}, wo);
+  float below = 0;
+  std::array<int, lobe_count> drawn{};
+  for (int lobe = 0; lobe < lobe_count; ++lobe) {
+    ASSERT_GT(b.probability[lobe], .05f);
+    for (int i = 0; i < 64; ++i) {
+      const float t = (static_cast<float>(i) + .5f) / 64, v = static_cast<float>(i * 37 % 64) / 64;
+      const auto three = sample(b, wo, below + .5f * b.probability[lobe], t, v);
+      const auto two = sample(b, wo, below + t * b.probability[lobe], v);
+      ASSERT_EQ(two.has_value(), three.has_value());
+      if (!two) continue;
+      ++drawn[static_cast<size_t>(two->lobe)];
+      EXPECT_EQ(two->lobe, three->lobe);
+      EXPECT_LT(math::length(two->wi - three->wi), 1e-4f) << lobe << " " << t;
+      EXPECT_NEAR(two->pdf, three->pdf, 1e-3f * three->pdf);
+    }
+    below += b.probability[lobe];
+  }
+  for (const int n : drawn) EXPECT_GT(n, 20);
+  // The ends of the range stay in it.
+  for (const float u : {0.f, math::largest_u, below - 1e-7f}) {
+    const auto s = sample(b, wo, u, .5f);
+    EXPECT_TRUE(!s || s->pdf > 0);
+  }
+  EXPECT_FALSE(sample(b, -wo, .5f, .5f).has_value());
 }
 
 }  // namespace

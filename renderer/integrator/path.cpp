@@ -12,11 +12,12 @@ namespace {
 using math::Vec3;
 using math::Vec4;
 
-// Groups of four random numbers: 0 belongs to the camera, then two for each bounce.
+// Groups of four random numbers: 0 has the camera ray and the first direction, then two for each bounce.
 constexpr std::uint32_t first_bounce_group = 1, groups_per_bounce = 2;
 
 // Paths shorter than this are never ended by roulette.
 constexpr int roulette_start = 3;
+static_assert(roulette_start > 1, "the first direction leaves no number for roulette");
 
 // Power heuristic, exponent 2 (Veach 1997, eq. 9.13), by ratio so that huge densities do not overflow.
 float power_heuristic(float pdf, float other) {
@@ -79,8 +80,8 @@ Shares shares_of(const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec3& wi) {
 First first_of(const World& w, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays) {
   accel::Hit hit;
   ++rays;
-  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return {ray, false, {}};
-  return {ray, true, w.surfaces.at(ray, hit)};
+  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return {ray, false, {}, false};
+  return {ray, true, w.surfaces.at(ray, hit), false};
 }
 
 Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
@@ -154,9 +155,12 @@ Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, 
     }
     ++ray_number;
 
-    // Continue in a direction drawn from the BRDF.
-    const Vec4 u = sampler.get(group);
-    const auto s = bsdf::sample(bsdf, wo, u.z, u.x, u.y);
+    // Continue in a direction drawn from the BRDF. What a camera ray and the first direction do together is
+    // most of the noise where textures or edges cross a pixel: their numbers are of one point, which has none
+    // to spare for the lobe.
+    const bool with_camera = bounce == 0 && !first.shared;
+    const Vec4 u = sampler.get(with_camera ? 0 : group);
+    const auto s = with_camera ? bsdf::sample(bsdf, wo, u.z, u.w) : bsdf::sample(bsdf, wo, u.z, u.x, u.y);
     if (!s || math::is_black(s->f_cos)) break;
     throughput *= s->f_cos * (1 / s->pdf);
     if (parts && bounce == 0) {

@@ -32,6 +32,7 @@ struct First {
   accel::Ray ray;
   bool found;
   surface::Point point;  // if found
+  bool shared = false;   // several paths begin here: the camera ray's random numbers are no path's own
 };
 First first_of(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays);
 
@@ -41,8 +42,8 @@ First first_of(const World& world, const accel::Ray& ray, const math::Sampler& s
 inline constexpr int part_count = 1 + 2 * bsdf::eval_lobe_count;
 using Parts = std::array<math::Vec3, part_count>;
 
-// Radiance by one path from `first`, with the random numbers of `sampler` from its second group on. `rays` is
-// increased by the rays traced; `parts`, if asked for, is set.
+// Radiance by one path from `first`, with the random numbers of `sampler` from its third on: the first two
+// are the camera ray's. `rays` is increased by the rays traced; `parts`, if asked for, is set.
 math::Vec3 radiance(const World& world, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
                     Parts* parts = nullptr);
 

@@ -307,15 +307,17 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
   }
   return m.for_each_pixel(
       [&](int x, int y, std::uint64_t& traced) {
-        const int together = sharing.paths ? sharing.paths(x, y) : 1;
+        const bool shared = static_cast<bool>(sharing.paths);
+        const int together = shared ? sharing.paths(x, y) : 1;
         for (int r = 0; r < m.settings.replicates; ++r)
           for (int i = done(x, y, r), end = wanted(x, y, r); i < end;) {
             // Paths i and those that share its camera ray, which may have begun in an earlier call.
             const int number = (i - sharing.from) / together;
             const int last = std::min(end, sharing.from + (number + 1) * together);
             const math::Sampler camera_sampler = m.sampler(m.x0 + x, m.y0 + y, r, sharing.rays + number);
-            const First first =
+            First first =
                 first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, camera_sampler), camera_sampler, traced);
+            first.shared = shared;
             Vec3 before(0);
             for (const int begin = i; i < last; ++i) {
               Parts values;

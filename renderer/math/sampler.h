@@ -1,13 +1,16 @@
 // Stateless random numbers: a function of (pixel, replicate, sample index, group of four dimensions, seed),
 // so that no thread, tile order or pass can change them.
 //
-// Kind sobol: the first four dimensions of Sobol's sequence (direction numbers of Joe & Kuo 2008),
-// Owen-scrambled by hashing and with hashed, independently shuffled index for each group of four: Burley
-// 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), with the better permutation of Vegdahl 2021,
-// "Building a Better LK Hash". There is no last group. Samples 0 .. 2^n - 1 of any group are stratified: each
-// dimension into 2^n intervals, dimensions 0 and 1 together into every elementary interval, (0,2); dimensions
-// 2 and 3 together nearly as well. So a two-dimensional choice (a direction, a point on a light) is made with
-// 0 and 1.
+// Kind sobol: digital sequences, Owen-scrambled by hashing and with hashed, independently shuffled index for
+// each group of four: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4), with the better
+// permutation of Vegdahl 2021, "Building a Better LK Hash". There is no last group. Samples 0 .. 2^n - 1 of
+// any group are stratified: each dimension into 2^n intervals, dimensions 0 and 1 together into every
+// elementary interval, (0,2); so a two-dimensional choice (a direction, a point on a light) is made with 0
+// and 1. All groups but the first are Sobol's first four dimensions (direction numbers of Joe & Kuo 2008), of
+// which 2 and 3 together are nearly as good. The first is for two such choices whose product is the noise: a
+// (0,4)-sequence in base 4 (Niederreiter 1987, "Point sets and sequences with small discrepancy", over the
+// field of four elements). Samples 0 .. 4^n - 1 of its four dimensions together fill every elementary
+// interval in base 4, and dimensions 2 and 3 every one in base 2 as well.
 //
 // Kind random: a hash of the same arguments.
 #pragma once
@@ -58,19 +61,18 @@ inline FourFloats to_unit_floats(Four bits) {
 }
 inline Four load(const Sobol4& v) { return std::bit_cast<Four>(v); }
 
-// [k][n][d]: dimension d of the points whose index has nibble k equal to n and all others zero; index and
-// value both with their bits reversed. Any point is the exclusive or of eight entries: 2 KiB, always in the
-// cache.
-using SobolTable = std::array<std::array<Sobol4, 16>, 8>;
-constexpr SobolTable make_sobol_table() {
-  // Direction numbers m_k << (32 - k), by the recurrence of each dimension's primitive polynomial.
+// [d][k]: what bit k of the index adds, by exclusive or, to dimension d.
+using Directions = std::array<std::array<std::uint32_t, 32>, 4>;
+
+constexpr Directions sobol_directions() {
+  // Direction numbers m_k << (31 - k), by the recurrence of each dimension's primitive polynomial.
   struct Polynomial {
     int degree;
     unsigned coefficients;
     unsigned first[3];
   };
   constexpr Polynomial polynomials[4] = {{0, 0, {}}, {1, 0, {1}}, {2, 1, {1, 3}}, {3, 1, {1, 3, 1}}};
-  std::uint32_t direction[4][32] = {};
+  Directions direction = {};
   for (int d = 0; d < 4; ++d) {
     const Polynomial& p = polynomials[d];
     for (int k = 0; k < 32; ++k) {
@@ -88,7 +90,42 @@ constexpr SobolTable make_sobol_table() {
       direction[d][k] = m << (31 - k);
     }
   }
-  SobolTable table = {};
+  return direction;
+}
+
+// The (0,4)-sequence in base 4. Of a field's element a the generator matrix has binom(j, i) a^(j - i) in row
+// i and column j, of digits in base 4; two bits are a digit, and the field's elements 0, 1, w and w + 1 are
+// matrices of 2 x 2 bits. Multiplying those of dimensions 1 and 3 by a matrix from the left keeps every
+// interval in base 4 and brings those in base 2.
+constexpr Directions base4_directions() {
+  using Matrix = std::array<unsigned, 4>;  // by rows
+  constexpr Matrix one = {1, 0, 0, 1}, w = {0, 1, 1, 1}, left = {1, 1, 0, 1};
+  const auto times = [](const Matrix& a, const Matrix& b) {
+    return Matrix{(a[0] & b[0]) ^ (a[1] & b[2]), (a[0] & b[1]) ^ (a[1] & b[3]), (a[2] & b[0]) ^ (a[3] & b[2]),
+                  (a[2] & b[1]) ^ (a[3] & b[3])};
+  };
+  const std::array<Matrix, 4> elements = {Matrix{0, 0, 0, 0}, one, w, times(w, w)};
+  Directions direction = {};
+  for (int d = 0; d < 4; ++d)
+    for (int j = 0; j < 16; ++j) {
+      Matrix m = d % 2 == 1 ? left : one;  // times a^(j - i)
+      for (int i = j; i >= 0; --i) {
+        if ((i & j) == i)  // binom(j, i) is odd
+          for (int row = 0; row < 2; ++row)
+            for (int column = 0; column < 2; ++column)
+              direction[d][2 * j + column] |= m[2 * row + column] << (31 - 2 * i - row);
+        m = times(m, elements[d]);
+      }
+    }
+  return direction;
+}
+
+// [k][n][d]: dimension d of the points whose index has nibble k equal to n and all others zero; index and
+// value both with their bits reversed. Any point is the exclusive or of eight entries: 2 KiB, always in the
+// cache.
+using Table = std::array<std::array<Sobol4, 16>, 8>;
+constexpr Table table_of(const Directions& direction) {
+  Table table = {};
   for (int nibble = 0; nibble < 8; ++nibble)
     for (unsigned n = 0; n < 16; ++n)
       for (int bit = 0; bit < 4; ++bit)
@@ -97,7 +134,8 @@ constexpr SobolTable make_sobol_table() {
             table[nibble][n][d] ^= reverse_bits(direction[d][31 - (4 * nibble + bit)]);
   return table;
 }
-alignas(64) inline constexpr SobolTable sobol_table = make_sobol_table();
+alignas(64) inline constexpr Table sobol_table = table_of(sobol_directions());
+alignas(64) inline constexpr Table base4_table = table_of(base4_directions());
 
 // Owen scrambling of a number whose bits are reversed: each bit is flipped or not by a hash of the bits below
 // it.
@@ -140,11 +178,10 @@ class Sampler {
       return {to_unit_float(low(a)), to_unit_float(high(a)), to_unit_float(low(b)), to_unit_float(high(b))};
     const std::uint64_t c = hash64(first + 2 * golden);
 
-    // Shuffle the index, look up Sobol's point, scramble it.
+    // Shuffle the index, look the point up, scramble it.
+    const detail::Table& table = group == 0 ? detail::base4_table : detail::sobol_table;
     const std::uint32_t index = detail::scramble_reversed(reversed_index_, low(c));
-    const auto entry = [index](unsigned k) {
-      return detail::load(detail::sobol_table[k][(index >> (4 * k)) & 15]);
-    };
+    const auto entry = [&](unsigned k) { return detail::load(table[k][(index >> (4 * k)) & 15]); };
     detail::Four v =
         ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^ ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
     v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(a), high(a), low(b), high(b)}));
