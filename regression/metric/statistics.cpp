@@ -339,6 +339,14 @@ Comparison compare_paired(const Paired& reference, const Paired& test, const Wel
   return conclude(tiles, width, height, design, options);
 }
 
+namespace {
+
+// Noise of less than this share of the mean is the last bits of float arithmetic, which any change of code
+// may move.
+constexpr double rounding_noise = 1e-6;
+
+}  // namespace
+
 NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOptions& options) {
   NoiseRatio result;
   if (!broken(reference, test).empty()) return result;
@@ -346,12 +354,15 @@ NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOpt
   // Variances summed over the pixels and channels of each block.
   const int block = std::max(1, options.tile / 2);
   const image::Image r = tile_means(reference.variance, block), t = tile_means(test.variance, block);
-  std::vector<double> vr(r.pixels()), vt(r.pixels());
+  const image::Image mean_r = tile_means(reference.mean, block);
+  std::vector<double> vr(r.pixels()), vt(r.pixels()), rounding(r.pixels());
   double sum_r = 0, sum_t = 0;
   for (std::size_t i = 0; i < r.pixels(); ++i) {
     for (int c = 0; c < 3; ++c) {
       vr[i] += r.data[3 * i + c];
       vt[i] += t.data[3 * i + c];
+      const double least = rounding_noise * mean_r.data[3 * i + c];
+      rounding[i] += least * least;
     }
     sum_r += vr[i];
     sum_t += vt[i];
@@ -362,8 +373,11 @@ NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOpt
   // variance.
   const double floor = 1e-6 * (sum_r + sum_t) / (2 * static_cast<double>(r.pixels()));
   std::vector<double> logs;
-  for (std::size_t i = 0; i < r.pixels(); ++i)
-    if (vr[i] > 0 || vt[i] > 0) logs.push_back(std::log(std::max(vt[i], floor) / std::max(vr[i], floor)));
+  for (std::size_t i = 0; i < r.pixels(); ++i) {
+    const double least = std::max(floor, rounding[i]);
+    if (vr[i] > rounding[i] || vt[i] > rounding[i])
+      logs.push_back(std::log(std::max(vt[i], least) / std::max(vr[i], least)));
+  }
   result.blocks = static_cast<int>(logs.size());
   result.interval = {0, infinity};
   if (logs.size() < 8) return result;

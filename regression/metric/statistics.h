@@ -104,8 +104,8 @@ Comparison compare_paired(const Paired& reference, const Paired& test, const Wel
 
 // Did the noise change? Ratio of variances test / reference, from the logarithms of the ratios of blocks of
 // half a tile, each as likely above 0 as below if nothing changed: no assumption of a normal distribution,
-// which fireflies break (symmetric_p). Blocks without noise on either side are left out; fewer than 8 claim
-// nothing.
+// which fireflies break (symmetric_p). Blocks without noise on either side, or only with that of rounding (a
+// millionth of the mean), are left out; fewer than 8 claim nothing.
 struct NoiseRatio {
   double ratio = 1;   // geometric mean over blocks
   double pooled = 1;  // ratio of the summed variances

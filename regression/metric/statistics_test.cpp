@@ -363,6 +363,18 @@ TEST(Noise, WithoutAnyIsNoClaimAndNoiseFromNothingIs) {
   EXPECT_EQ(metric::noise_ratio({small, small, 2}, {small, small, 2}).p, 1);
 }
 
+TEST(Noise, OfRoundingIsNoneAndNoiseAboveItIsFound) {
+  const auto with_noise = [](double relative) {
+    return Image(64, 64, 3, static_cast<float>(4 * relative * relative));
+  };
+  const Image a(64, 64, 3, 2);
+  const Image little = with_noise(2e-8), twice = with_noise(4e-8), above = with_noise(4e-6);
+  EXPECT_EQ(metric::noise_ratio({a, little, 2}, {a, twice, 2}).p, 1);
+  EXPECT_EQ(metric::noise_ratio({a, little, 2}, {a, twice, 2}).blocks, 0);
+  EXPECT_LT(metric::noise_ratio({a, little, 2}, {a, above, 2}).p, 1e-50);
+  EXPECT_LT(metric::noise_ratio({a, above, 2}, {a, little, 2}).p, 1e-50);
+}
+
 TEST(Witness, AgreesIfTheDifferenceAndItsErrorFitIntoTheMargin) {
   metric::Difference d;
   d.scale = 2;
