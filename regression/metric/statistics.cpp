@@ -17,6 +17,10 @@ constexpr double luminance_weight[3] = {0.2126, 0.7152, 0.0722};
 // Chance with which a bias of the `detectable` size is found.
 constexpr double power = 0.99;
 
+// Noise of less than this share of the mean is the last bits of float arithmetic, which any change of code
+// may move. (WelchOptions::rounding, of differences, is wider: a mean may be off by more than its noise.)
+constexpr double rounding_noise = 1e-6;
+
 // How uncertain a sum over pixels is.
 struct Spread {
   double variance = 0, variance_over_freedom = 0;  // of variance^2 / degrees of freedom
@@ -339,14 +343,6 @@ Comparison compare_paired(const Paired& reference, const Paired& test, const Wel
   return conclude(tiles, width, height, design, options);
 }
 
-namespace {
-
-// Noise of less than this share of the mean is the last bits of float arithmetic, which any change of code
-// may move.
-constexpr double rounding_noise = 1e-6;
-
-}  // namespace
-
 NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOptions& options) {
   NoiseRatio result;
   if (!broken(reference, test).empty()) return result;
@@ -354,15 +350,14 @@ NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOpt
   // Variances summed over the pixels and channels of each block.
   const int block = std::max(1, options.tile / 2);
   const image::Image r = tile_means(reference.variance, block), t = tile_means(test.variance, block);
-  const image::Image mean_r = tile_means(reference.mean, block);
+  const image::Image mean = tile_means(reference.mean, block);
   std::vector<double> vr(r.pixels()), vt(r.pixels()), rounding(r.pixels());
   double sum_r = 0, sum_t = 0;
   for (std::size_t i = 0; i < r.pixels(); ++i) {
     for (int c = 0; c < 3; ++c) {
       vr[i] += r.data[3 * i + c];
       vt[i] += t.data[3 * i + c];
-      const double least = rounding_noise * mean_r.data[3 * i + c];
-      rounding[i] += least * least;
+      rounding[i] += std::pow(rounding_noise * mean.data[3 * i + c], 2);
     }
     sum_r += vr[i];
     sum_t += vt[i];
@@ -385,12 +380,12 @@ NoiseRatio noise_ratio(const Noisy& reference, const Noisy& test, const WelchOpt
   const double n = static_cast<double>(logs.size());
   double sum = 0, squares = 0, deviations = 0;
   for (const double l : logs) sum += l, squares += l * l;
-  const double mean = sum / n;
-  for (const double l : logs) deviations += (l - mean) * (l - mean);
+  const double center = sum / n;
+  for (const double l : logs) deviations += (l - center) * (l - center);
   const double error = std::sqrt(deviations / (n - 1) / n);
   const double half = error == 0 ? 0 : student_critical(1 - options.confidence, n - 1) * error;
-  result.ratio = std::exp(mean);
-  result.interval = {std::exp(mean - half), std::exp(mean + half)};
+  result.ratio = std::exp(center);
+  result.interval = {std::exp(center - half), std::exp(center + half)};
   result.p = squares > 0 ? symmetric_p(sum / std::sqrt(squares)) : 1;
   return result;
 }

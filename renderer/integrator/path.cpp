@@ -174,8 +174,8 @@ Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, 
     ray.direction = math::renormalize(p.frame.to_world(s->wi));
     ray.origin = origin(p, ray.direction, receiver.from);
 
-    // End weak paths by chance, the survivors carrying their share. By the fourth root of the throughput, as
-    // more would add more noise than its time could take away again (docs/speed-notes.md).
+    // End weak paths by chance, the survivors carrying their share. The throughput itself or its square root
+    // would end more of them and add more noise than that time is worth (docs/speed-notes.md).
     if (bounce + 1 >= roulette_start) {
       const float survival = std::min(1.f, std::sqrt(std::sqrt(math::max_component(throughput))));
       if (u.w >= survival) break;
