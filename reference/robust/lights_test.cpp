@@ -80,7 +80,7 @@ double by_brdf_alone(const scene::Scene& s, int size, int samples, bsdf::Model m
   double sum = 0, squares = 0;
   const int count = size * size * samples;
   for (int i = 0; i < count; ++i) {
-    const math::Sampler sampler(math::Sampler::Kind::random, 77, i % size, i / size % size, 0,
+    math::Sampler sampler(math::Sampler::Kind::random, 77, i % size, i / size % size, 0,
                                 static_cast<std::uint32_t>(i / size / size));
     const math::Vec4 u = sampler.get(0), v = sampler.get(1);
     const float x = (2 * (static_cast<float>(i % size) + u.x) / static_cast<float>(size) - 1) * half,

@@ -139,19 +139,13 @@ void set_probabilities(Bsdf& b, const Vec3& wo) {
   // Schlick's curve also for what follows the dielectric one: near enough for a choice.
   weight[1] = b.specular.present ? std::max(tiny, b.mean_f0 + (1 - b.mean_f0) * edge) : 0;
   weight[2] = b.clearcoat.weight > 0 ? b.clearcoat.weight * (.04f + .96f * edge) : 0;
-  float sum = 0;
-  int active = 0;
-  for (float w : weight)
-    if (w > 0) {
-      sum += w;
-      ++active;
-    }
-  if (active == 0) return;
+  const float sum = weight[0] + weight[1] + weight[2];
+  if (!(sum > 0)) return;
   constexpr float floor = .1f;
+  const float rest = 1 - floor * static_cast<float>((weight[0] > 0) + (weight[1] > 0) + (weight[2] > 0));
+  const double scale = 1. / sum;
   for (int i = 0; i < lobe_count; ++i)
-    if (weight[i] > 0)
-      b.probability[i] =
-          floor + (1 - floor * static_cast<float>(active)) * static_cast<float>(weight[i] * (1. / sum));
+    if (weight[i] > 0) b.probability[i] = floor + rest * static_cast<float>(weight[i] * scale);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ constexpr double rare = .02;  // chance of a firefly of radiance 1 / rare
 
 // Fireflies everywhere, more of them to the right; every pixel's mean is 1.
 Vec3 firefly(std::uint32_t seed, int x, int y, int r, int i) {
-  const math::Sampler sampler(math::Sampler::Kind::random, seed, x, y, r, static_cast<std::uint32_t>(i));
+  math::Sampler sampler(math::Sampler::Kind::random, seed, x, y, r, static_cast<std::uint32_t>(i));
   const double chance = x < size / 2 ? rare : 4 * rare;
   return Vec3(sampler.get(0).x < chance ? static_cast<float>(1 / chance) : 0);
 }
@@ -107,7 +107,7 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x)
       for (int r = 0; r < replicates; ++r) {
-        const math::Sampler sampler(math::Sampler::Kind::random, 1, x, y, r, 0);
+        math::Sampler sampler(math::Sampler::Kind::random, 1, x, y, r, 0);
         const float noise = (sampler.get(0).x - .5f) * (x < size / 2 ? .1f : .5f);
         for (int i = 0; i < pilot; ++i) film.add(x, y, r, Vec3(1 + noise));
       }
@@ -144,7 +144,7 @@ TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
     for (int x = 0; x < size; ++x)
       for (int r = 0; r < replicates; ++r)
         for (int i = 0; i < rays; ++i) {
-          const math::Sampler sampler(math::Sampler::Kind::random, 4, x, y, r, static_cast<std::uint32_t>(i));
+          math::Sampler sampler(math::Sampler::Kind::random, 4, x, y, r, static_cast<std::uint32_t>(i));
           const math::Vec4 u = sampler.get(0);
           const float found = x < size / 2 ? .9f * u.x : 0, rest = x < size / 2 ? .1f : .9f;
           const Vec3 a(found + rest * u.y), b(found + rest * u.z), half = (a + b) * .5f;
@@ -184,7 +184,7 @@ TEST(Adaptive, the_total_for_a_noise_is_what_reaches_it) {
     for (int x = 0; x < 64; ++x)
       for (int r = 0; r < replicates; ++r)
         for (int i = 0; i < 4; ++i) {
-          const math::Sampler sampler(math::Sampler::Kind::random, 2, x, y, r, static_cast<std::uint32_t>(i));
+          math::Sampler sampler(math::Sampler::Kind::random, 2, x, y, r, static_cast<std::uint32_t>(i));
           film.add(x, y, r, Vec3(2 * sampler.get(0).x));  // mean 1, deviation 1 / sqrt(3)
         }
   EXPECT_NEAR(film.noise(), std::sqrt(1 / 3. / 32), .002);
@@ -205,7 +205,7 @@ TEST(Adaptive, parts_of_one_replicate_show_the_variance) {
     for (int y = 0; y < side; ++y)
       for (int x = 0; x < side; ++x)
         for (int i = done; i < until; ++i) {
-          const math::Sampler sampler(math::Sampler::Kind::random, 3, x, y, 0, static_cast<std::uint32_t>(i));
+          math::Sampler sampler(math::Sampler::Kind::random, 3, x, y, 0, static_cast<std::uint32_t>(i));
           film.add(x, y, 0, Vec3(2 * sampler.get(0).x));
         }
     done = until;

@@ -80,12 +80,11 @@ Shares shares_of(const bsdf::Bsdf& bsdf, const Vec3& wo, const Vec3& wi) {
 First first_of(const World& w, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays) {
   accel::Hit hit;
   ++rays;
-  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return {ray, false, {}, false};
-  return {ray, true, w.surfaces.at(ray, hit), false};
+  if (!w.accel.closest(ray, key(w, sampler, 0), hit)) return {ray, false, {}, {}};
+  return {ray, true, w.surfaces.at(ray, hit), {}};
 }
 
-Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
-              Parts* parts) {
+Vec3 radiance(const World& w, const First& first, math::Sampler& sampler, std::uint64_t& rays, Parts* parts) {
   Vec3 sum(0), throughput(1);
   float bsdf_pdf = 0;        // density of the direction the ray was drawn with
   light::Receiver receiver;  // where it was drawn: everything is seen from the offset origin of shadow rays
@@ -158,9 +157,10 @@ Vec3 radiance(const World& w, const First& first, const math::Sampler& sampler, 
     // Continue in a direction drawn from the BRDF. What a camera ray and the first direction do together is
     // most of the noise where textures or edges cross a pixel: their numbers are of one point, which has none
     // to spare for the lobe.
-    const bool with_camera = bounce == 0 && !first.shared;
-    const Vec4 u = sampler.get(with_camera ? 0 : group);
-    const auto s = with_camera ? bsdf::sample(bsdf, wo, u.z, u.w) : bsdf::sample(bsdf, wo, u.z, u.x, u.y);
+    const bool with_camera = bounce == 0 && first.direction;
+    const Vec4 u = with_camera ? Vec4(0) : sampler.get(group);
+    const auto s = with_camera ? bsdf::sample(bsdf, wo, first.direction->x, first.direction->y)
+                               : bsdf::sample(bsdf, wo, u.z, u.x, u.y);
     if (!s || math::is_black(s->f_cos)) break;
     throughput *= s->f_cos * (1 / s->pdf);
     if (parts && bounce == 0) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "accel/accel.h"
@@ -32,7 +33,9 @@ struct First {
   accel::Ray ray;
   bool found;
   surface::Point point;  // if found
-  bool shared = false;   // several paths begin here: the camera ray's random numbers are no path's own
+  // Random numbers for the first direction, of one point with the camera ray's: not if several paths begin
+  // here.
+  std::optional<math::Vec2> direction;
 };
 First first_of(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays);
 
@@ -42,9 +45,10 @@ First first_of(const World& world, const accel::Ray& ray, const math::Sampler& s
 inline constexpr int part_count = 1 + 2 * bsdf::eval_lobe_count;
 using Parts = std::array<math::Vec3, part_count>;
 
-// Radiance by one path from `first`, with the random numbers of `sampler` from its third on: the first two
-// are the camera ray's. `rays` is increased by the rays traced; `parts`, if asked for, is set.
-math::Vec3 radiance(const World& world, const First& first, const math::Sampler& sampler, std::uint64_t& rays,
+// Radiance by one path from `first`, with the random numbers of `sampler`, but those of group 0, which are
+// the camera ray's and first.direction. `rays` is increased by the rays traced; `parts`, if asked for, is
+// set.
+math::Vec3 radiance(const World& world, const First& first, math::Sampler& sampler, std::uint64_t& rays,
                     Parts* parts = nullptr);
 
 // The simple shaders: eyelight, normal (-1..1), albedo, texcoord (u, v, 0), position; black where nothing is

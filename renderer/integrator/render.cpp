@@ -193,11 +193,10 @@ struct Renderer::Impl {
         settings.sampler == SamplerKind::sobol ? math::Sampler::Kind::sobol : math::Sampler::Kind::random;
     return {kind, settings.seed, x, y, replicate, static_cast<std::uint32_t>(index)};
   }
-  accel::Ray camera_ray(int x, int y, const math::Sampler& sampler) const {
-    const math::Vec4 u = sampler.get(0);
+  accel::Ray camera_ray(int x, int y, const math::Vec4& u) const {
     return camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
   }
-  Vec3 path(const First& first, const math::Sampler& sampler, std::uint64_t& traced, Parts* parts) const {
+  Vec3 path(const First& first, math::Sampler& sampler, std::uint64_t& traced, Parts* parts) const {
     Vec3 radiance = integrator::radiance(*world, first, sampler, traced, parts);
     if (settings.clamp > 0) {
       const float length = math::length(radiance);
@@ -298,9 +297,9 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
         [&](int x, int y, std::uint64_t& traced) {
           for (int r = 0; r < m.settings.replicates; ++r)
             for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
-              const math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, i);
-              film.add(x, y, r,
-                       shade(*m.world, shader, m.camera_ray(m.x0 + x, m.y0 + y, sampler), sampler, traced));
+              math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, i);
+              const accel::Ray ray = m.camera_ray(m.x0 + x, m.y0 + y, sampler.get(0));
+              film.add(x, y, r, shade(*m.world, shader, ray, sampler, traced));
             }
         },
         progress, stop);
@@ -309,20 +308,21 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
       [&](int x, int y, std::uint64_t& traced) {
         const bool shared = static_cast<bool>(sharing.paths);
         const int together = shared ? sharing.paths(x, y) : 1;
-        for (int r = 0; r < m.settings.replicates; ++r)
+        for (int r = 0; r < m.settings.replicates; ++r) {
+          math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, 0);
           for (int i = done(x, y, r), end = wanted(x, y, r); i < end;) {
             // Paths i and those that share its camera ray, which may have begun in an earlier call.
             const int number = (i - sharing.from) / together;
             const int last = std::min(end, sharing.from + (number + 1) * together);
-            const math::Sampler camera_sampler = m.sampler(m.x0 + x, m.y0 + y, r, sharing.rays + number);
-            First first =
-                first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, camera_sampler), camera_sampler, traced);
-            first.shared = shared;
+            sampler.set_index(static_cast<std::uint32_t>(sharing.rays + number));
+            const math::Vec4 u = sampler.get(0);
+            First first = first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, u), sampler, traced);
+            if (!shared) first.direction = {u.z, u.w};
             Vec3 before(0);
             for (const int begin = i; i < last; ++i) {
               Parts values;
-              const Vec3 radiance = m.path(first, m.sampler(m.x0 + x, m.y0 + y, r, i), traced,
-                                           parts.empty() ? nullptr : &values);
+              sampler.set_index(static_cast<std::uint32_t>(i));
+              const Vec3 radiance = m.path(first, sampler, traced, parts.empty() ? nullptr : &values);
               film.add(x, y, r, radiance);
               for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
               if (spread && (i - begin) % 2 == 1) {
@@ -332,6 +332,7 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
               before = radiance;
             }
           }
+        }
       },
       progress, stop);
 }
@@ -356,7 +357,7 @@ image::Image Renderer::first_hit(Shader shader, bool depth) const {
   m.for_each_pixel([&](int x, int y, std::uint64_t& traced) {
     const accel::Ray ray =
         m.camera.ray(static_cast<float>(m.x0 + x) + .5f, static_cast<float>(m.y0 + y) + .5f);
-    const math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
+    math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
     if (depth) {
       accel::Hit hit;
       ++traced;

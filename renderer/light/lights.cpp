@@ -68,6 +68,7 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
       if (side > longest) longest = side, k = i;
     }
     const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    const scene::Material& material = surfaces_.material(instance);
     const Vec3 x = p[k1] - p[k], y = p[k2] - p[k];
     Emitter e{p[k],
               x,
@@ -85,7 +86,9 @@ std::vector<Lights::Emitter> Lights::find_emitters(int instance) const {
               -1,
               {},
               {},
-              surfaces_.material(instance).double_sided};
+              material.double_sided};
+    if (material.emissive_texture.bitmap < 0 && material.alpha_mode == scene::AlphaMode::opaque)
+      e.even = true, e.emission = material.emission;
     e.unit_x = DVec3(x) / e.width, e.unit_y = DVec3(y) / e.height;
     for (int i = 0; i < 3; ++i) {
       e.vertex[i] = static_cast<std::uint8_t>((k + i) % 3);
@@ -219,6 +222,16 @@ math::SphericalTriangle Lights::triangle(const Emitter& e, const Vec3& from) {
   return {corner, corner + DVec3(e.x), corner + DVec3(e.y)};
 }
 
+// What the triangle that holds the point corner + a x + b y emits there, looked up.
+Vec3 Lights::radiance(const Emitter& e, float a, float b) const {
+  const bool second = e.second >= 0 && a + b > 1;
+  const float weights[3] = {second ? a + b - 1 : 1 - a - b, second ? 1 - b : a, second ? 1 - a : b};
+  const int t = second ? e.second : e.triangle;
+  Vec3 barycentric;
+  for (int i = 0; i < 3; ++i) barycentric[(second ? e.vertex_second : e.vertex)[i]] = weights[i];
+  return surfaces_.emission(e.instance, t, barycentric) * surfaces_.coverage(e.instance, t, barycentric);
+}
+
 std::optional<Sample> Lights::sample_emitter(const Emitter& e, const Vec3& from, float u, float v) const {
   // Draw the point corner + a x + b y: by solid angle, or by area, so that pdf stays 0 here.
   float pdf = 0, a = u, b = v;
@@ -252,14 +265,7 @@ std::optional<Sample> Lights::sample_emitter(const Emitter& e, const Vec3& from,
   s.pdf = pdf > 0 ? pdf : d2 / (std::fabs(cosine) * e.area);
   if (!std::isfinite(s.pdf)) return std::nullopt;
 
-  // Look up what the triangle that holds the point emits there.
-  const bool second = e.second >= 0 && a + b > 1;
-  const float weights[3] = {second ? a + b - 1 : 1 - a - b, second ? 1 - b : a, second ? 1 - a : b};
-  const int t = second ? e.second : e.triangle;
-  Vec3 barycentric;
-  for (int i = 0; i < 3; ++i) barycentric[(second ? e.vertex_second : e.vertex)[i]] = weights[i];
-  s.radiance =
-      surfaces_.emission(e.instance, t, barycentric) * surfaces_.coverage(e.instance, t, barycentric);
+  s.radiance = e.even ? e.emission : radiance(e, a, b);
   // The shadow ray ends just in front of the light, on the side it is seen from.
   s.target = surface::offset(p, e.error, cosine < 0 ? -e.normal : e.normal);
   return s;

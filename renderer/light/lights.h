@@ -57,12 +57,15 @@ class Lights {
     // y.
     std::uint8_t vertex[3], vertex_second[3];
     bool two_sided;
+    bool even = false;  // it emits `emission` everywhere: no texture, no holes
+    math::Vec3 emission{0, 0, 0};
     math::Vec3 error{0, 0, 0};  // bound of the rounding of its points
   };
   std::vector<Emitter> find_emitters(int instance) const;
   static bool is_near(const Emitter& emitter, const math::Vec3& from);
   static math::SphericalRectangle rectangle(const Emitter& emitter, const math::Vec3& from);
   static math::SphericalTriangle triangle(const Emitter& emitter, const math::Vec3& from);
+  math::Vec3 radiance(const Emitter& emitter, float a, float b) const;
   std::optional<Sample> sample_punctual(const scene::Light& light, const math::Vec3& from) const;
   std::optional<Sample> sample_emitter(const Emitter& emitter, const math::Vec3& from, float u,
                                        float v) const;

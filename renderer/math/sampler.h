@@ -151,7 +151,7 @@ Bits scramble_reversed(Bits v, Bits key) {
 
 }  // namespace detail
 
-// The numbers of one sample of one pixel.
+// The numbers of one sample of one pixel, then of another.
 class Sampler {
  public:
   enum class Kind { sobol, random };
@@ -160,33 +160,31 @@ class Sampler {
   Sampler(Kind kind, std::uint32_t seed, int x, int y, int replicate, std::uint32_t index) : kind_(kind) {
     const std::uint64_t pixel = static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) |
                                 static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32;
-    key_ = hash64(pixel ^
-                  hash64(seed | static_cast<std::uint64_t>(static_cast<std::uint32_t>(replicate)) << 32));
-    if (kind == Kind::random)
-      key_ = hash64(key_ + index);
+    pixel_key_ = hash64(
+        pixel ^ hash64(seed | static_cast<std::uint64_t>(static_cast<std::uint32_t>(replicate)) << 32));
+    set_index(index);
+  }
+  // Another sample of the same pixel and replicate. What only depends on these is not hashed again.
+  void set_index(std::uint32_t index) {
+    if (kind_ == Kind::random)
+      key_ = hash64(pixel_key_ + index);
     else
-      reversed_index_ = reverse_bits(index);
+      key_ = pixel_key_, reversed_index_ = reverse_bits(index);
   }
 
   // Four numbers in [0, 1 - 2^-24].
-  Vec4 get(std::uint32_t group) const {
-    // Hash the group to the bits that scramble it (or are the numbers themselves).
-    constexpr std::uint64_t golden = 0x9e3779b97f4a7c15;
-    const std::uint64_t first = key_ + (3 * static_cast<std::uint64_t>(group) + 1) * golden;
-    const std::uint64_t a = hash64(first), b = hash64(first + golden);
-    if (kind_ == Kind::random)
-      return {to_unit_float(low(a)), to_unit_float(high(a)), to_unit_float(low(b)), to_unit_float(high(b))};
-    const std::uint64_t c = hash64(first + 2 * golden);
-
-    // Shuffle the index, look the point up, scramble it.
-    const detail::Table& table = group == 0 ? detail::base4_table : detail::sobol_table;
-    const std::uint32_t index = detail::scramble_reversed(reversed_index_, low(c));
-    const auto entry = [&](unsigned k) { return detail::load(table[k][(index >> (4 * k)) & 15]); };
-    detail::Four v =
-        ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^ ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
-    v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(a), high(a), low(b), high(b)}));
-    const detail::FourFloats u = detail::to_unit_floats(v);
-    return {u[0], u[1], u[2], u[3]};
+  Vec4 get(std::uint32_t group) {
+    if (kind_ == Kind::random) {
+      const Hashes h = hash(group);
+      return {to_unit_float(low(h.a)), to_unit_float(high(h.a)), to_unit_float(low(h.b)),
+              to_unit_float(high(h.b))};
+    }
+    if (group >= kept_.size()) return point(group, hash(group));
+    if (!((is_kept_ >> group) & 1)) {
+      kept_[group] = hash(group);
+      is_kept_ |= std::uint32_t{1} << group;
+    }
+    return point(group, kept_[group]);
   }
 
   // Hash number n of this sample, apart from all groups: for decisions that need no stratification.
@@ -195,11 +193,35 @@ class Sampler {
   }
 
  private:
+  // Random bits of a group of numbers: those that scramble it, or the numbers themselves.
+  struct Hashes {
+    std::uint64_t a, b, c;
+  };
+  Hashes hash(std::uint32_t group) const {
+    constexpr std::uint64_t golden = 0x9e3779b97f4a7c15;
+    const std::uint64_t first = key_ + (3 * static_cast<std::uint64_t>(group) + 1) * golden;
+    return {hash64(first), hash64(first + golden), hash64(first + 2 * golden)};
+  }
+
+  // Shuffles the index, looks the point up, scrambles it.
+  Vec4 point(std::uint32_t group, const Hashes& h) const {
+    const detail::Table& table = group == 0 ? detail::base4_table : detail::sobol_table;
+    const std::uint32_t index = detail::scramble_reversed(reversed_index_, low(h.c));
+    const auto entry = [&](unsigned k) { return detail::load(table[k][(index >> (4 * k)) & 15]); };
+    detail::Four v =
+        ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^ ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
+    v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(h.a), high(h.a), low(h.b), high(h.b)}));
+    const detail::FourFloats u = detail::to_unit_floats(v);
+    return {u[0], u[1], u[2], u[3]};
+  }
+
   static std::uint32_t low(std::uint64_t v) { return static_cast<std::uint32_t>(v); }
   static std::uint32_t high(std::uint64_t v) { return static_cast<std::uint32_t>(v >> 32); }
+
   Kind kind_;
-  std::uint32_t reversed_index_ = 0;
-  std::uint64_t key_ = 0;
+  std::uint32_t reversed_index_ = 0, is_kept_ = 0;  // bits: which of kept_ are there
+  std::uint64_t pixel_key_, key_;
+  std::array<Hashes, 20> kept_;  // of the first groups, all that nine bounces need
 };
 
 }  // namespace math

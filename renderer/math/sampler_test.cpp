@@ -88,6 +88,19 @@ TEST(Sampler, TheSameArgumentsGiveTheSameNumbersInAnyOrder) {
   }
 }
 
+// Group 19 is the last whose hashes are kept.
+TEST(Sampler, SetIndexIsANewSampler) {
+  for (Kind kind : both) {
+    Sampler moved(kind, 5, 3, 2, 1, 1000);
+    for (const std::uint32_t group : {0u, 1u, 19u, 20u, 21u, 1u, 0u, 500u, 19u})
+      for (const std::uint32_t index : {7u, 0u, 123456u, 8u}) {
+        moved.set_index(index);
+        EXPECT_EQ(moved.get(group), Sampler(kind, 5, 3, 2, 1, index).get(group)) << group << " " << index;
+        EXPECT_EQ(moved.bits(group), Sampler(kind, 5, 3, 2, 1, index).bits(group)) << group << " " << index;
+      }
+  }
+}
+
 // The direction numbers, against the published matrices: without scrambling the first points are known.
 TEST(Sampler, TheTableHoldsSobolsSequence) {
   // Joe & Kuo's new-joe-kuo-6.21201, points 1 to 7 of the first four dimensions (in natural, not Gray-code,
@@ -147,7 +160,7 @@ TEST(Sampler, OneGroupBeatsTwoOnAProduct) {
   for (int pixel = 0; pixel < 512; ++pixel) {
     double one = 0, two = 0;
     for (std::uint32_t i = 0; i < 256; ++i) {
-      const Sampler s(Kind::sobol, 1, pixel, 0, 0, i);
+      Sampler s(Kind::sobol, 1, pixel, 0, 0, i);
       const math::Vec4 u = s.get(0), v = s.get(1);
       const auto shown = [](float x, float y) { return x + .6f * y < .7f ? 1. : .2; };
       const auto found = [](float x, float y) { return x * x + y * y < .8f ? 1. : 0.; };

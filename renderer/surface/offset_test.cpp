@@ -62,6 +62,23 @@ Vec3 leaving(const Point& p, const math::Vec4& u) {
       math::frame_from_normal(p.geometric_normal).to_world(math::sample_cosine_hemisphere(u.x, u.y)));
 }
 
+// position + normal * d, and one float further on, whatever the signs; where the step is 0 nothing moves.
+TEST(Origin, is_one_float_beyond_the_rounding_bound) {
+  const float inf = std::numeric_limits<float>::infinity();
+  for (const float x : {0.f, -0.f, 1.f, -1.f, 1e-45f, -1e-45f, 1e30f, -1e-20f, 1.9999999f, -2.f})
+    for (const float n : {0.f, -0.f, 1.f, -1.f, .25f, -1e-10f})
+      for (const float error : {0.f, 1e-7f, 1e-3f}) {
+        const math::Vec3 position(x, 3 * x, -x), normal(n, -n, n / 2);
+        const math::Vec3 o = surface::offset(position, math::Vec3(error), normal);
+        const float d = math::dot(math::abs(normal), math::Vec3(error));
+        for (int i = 0; i < 3; ++i) {
+          const float step = normal[i] * d, sum = position[i] + step;
+          const float wanted = step == 0 ? sum : std::nextafter(sum, step > 0 ? inf : -inf);
+          EXPECT_EQ(o[i], wanted) << x << " " << n << " " << error << " " << i;
+        }
+      }
+}
+
 // G05. One triangle: whatever ray leaves it, there is nothing to be hit.
 TEST(Origin, of_a_ray_never_lets_it_find_the_surface_it_leaves) {
   constexpr int rays = 100'000;

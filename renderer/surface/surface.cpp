@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "math/lanes.h"
 #include "math/transcendental.h"
 
 namespace surface {
@@ -14,6 +15,8 @@ namespace {
 using math::cross;
 using math::dot;
 using math::DVec3;
+using math::Lanes;
+using math::Mask;
 using math::Mat3;
 using math::UVec3;
 using math::Vec2;
@@ -61,11 +64,14 @@ Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
   return math::normalize(x * std::sqrt(1 - cos2) + ng * std::sqrt(cos2), ng);
 }
 
-// The next float towards infinity, as std::nextafter finds it for finite numbers.
-float next_above(float x) {
-  if (x == 0) return std::numeric_limits<float>::denorm_min();
-  const auto bits = std::bit_cast<std::int32_t>(x);
-  return std::bit_cast<float>(bits + (x > 0 ? 1 : -1));
+// The neighbours of `from` in the direction of `step`'s sign, as std::nextafter finds them for finite
+// numbers; `from` itself where `step` is 0.
+Lanes next_towards(Lanes from, Lanes step) {
+  const auto bits = std::bit_cast<Mask>(from), sign = std::bit_cast<Mask>(step);
+  const Mask away_from_0 = (bits ^ sign) >= 0;  // all bits, that is -1, where true
+  Mask next = bits - 2 * away_from_0 - 1;
+  next = from == 0 ? (sign & std::numeric_limits<std::int32_t>::min()) | 1 : next;
+  return std::bit_cast<Lanes>(step != 0 ? next : bits);
 }
 
 }  // namespace
@@ -77,13 +83,10 @@ bsdf::Parameters plain(const scene::Material& m) {
 
 Vec3 offset(const Vec3& position, const Vec3& error, const Vec3& normal) {
   const float d = dot(math::abs(normal), error);
-  Vec3 o = position + normal * d;
-  // One step further away, in case the sum was rounded towards the surface.
-  for (int i = 0; i < 3; ++i) {
-    if (normal[i] * d > 0) o[i] = next_above(o[i]);
-    if (normal[i] * d < 0) o[i] = -next_above(-o[i]);
-  }
-  return o;
+  const Lanes step = Lanes{normal.x, normal.y, normal.z, 0} * math::all(d);
+  // One float further, in case the sum was rounded towards the surface.
+  const Lanes o = next_towards(Lanes{position.x, position.y, position.z, 0} + step, step);
+  return {o[0], o[1], o[2]};
 }
 
 Vec3 origin(const Point& p, const Vec3& direction) {
