@@ -65,7 +65,7 @@ void set_alpha(Specular& s, const Parameters& p, Model model) {
 Specular make_specular(Model model, const Gtr& gtr, const Parameters& p) {
   Specular s;
   const float dielectric_f0 = .08f * p.specular;
-  const bool tinted = model == Model::disney || model == Model::principled;
+  const bool tinted = p.specular_tint > 0 && (model == Model::disney || model == Model::principled);
   const Vec3 colour =
       tinted ? mix(Vec3(1), tint(p.base_color, disney_luma(p.base_color)), p.specular_tint) : Vec3(1);
   s.f0 = mix(colour * dielectric_f0, p.base_color, p.metallic);
@@ -157,11 +157,12 @@ Bsdf make(Model model, const Gtr& gtr, const Parameters& parameters) {
   b.diffuse.weight = p.base_color * (1 - p.metallic);
   b.diffuse.retro = model == Model::path ? -1 : p.roughness;
   b.specular = make_specular(model, gtr, p);
-  if (model == Model::disney || model == Model::principled) {
+  const bool all_lobes = model == Model::disney || model == Model::principled;
+  if (all_lobes && p.sheen > 0) {
     const float luma = model == Model::disney ? disney_luma(p.base_color) : math::luminance(p.base_color);
     b.sheen.weight = mix(Vec3(1), tint(p.base_color, luma), p.sheen_tint) * (p.sheen * (1 - p.metallic));
-    b.clearcoat = make_clearcoat(model, p);
   }
+  if (all_lobes && p.clearcoat > 0) b.clearcoat = make_clearcoat(model, p);
   if (model == Model::principled) {
     if (math::mean(b.diffuse.weight) < principled_closure_cutoff) b.diffuse.weight = Vec3(0);
     if (math::mean(b.sheen.weight) < principled_closure_cutoff) b.sheen.weight = Vec3(0);
