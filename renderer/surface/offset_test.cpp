@@ -77,6 +77,10 @@ TEST(Origin, is_one_float_beyond_the_rounding_bound) {
           EXPECT_EQ(o[i], wanted) << x << " " << n << " " << error << " " << i;
         }
       }
+  // Sums of 0.
+  const float least = std::numeric_limits<float>::denorm_min();
+  EXPECT_EQ(surface::offset(Vec3(-1, 1, -1), Vec3(.25f, .25f, .5f), Vec3(1, -1, 1)),
+            Vec3(least, -least, least));
 }
 
 // G05. One triangle: whatever ray leaves it, there is nothing to be hit.
