@@ -16,7 +16,6 @@ using math::cross;
 using math::dot;
 using math::DVec3;
 using math::Lanes;
-using math::Mask;
 using math::Mat3;
 using math::UVec3;
 using math::Vec2;
@@ -67,11 +66,11 @@ Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
 // The neighbours of `from` in the direction of `step`'s sign, as std::nextafter finds them for finite
 // numbers; `from` itself where `step` is 0.
 Lanes next_towards(Lanes from, Lanes step) {
-  const auto bits = std::bit_cast<Mask>(from), sign = std::bit_cast<Mask>(step);
-  const Mask away_from_0 = (bits ^ sign) >= 0;  // all bits, that is -1, where true
-  Mask next = bits - 2 * away_from_0 - 1;
-  next = from == 0 ? (sign & std::numeric_limits<std::int32_t>::min()) | 1 : next;
-  return std::bit_cast<Lanes>(step != 0 ? next : bits);
+  typedef std::uint32_t Bits __attribute__((vector_size(16)));
+  const auto bits = std::bit_cast<Bits>(from), towards = std::bit_cast<Bits>(step);
+  constexpr std::uint32_t sign = 0x80000000;
+  const Bits past_0 = (towards & sign) | 1, next = (bits ^ towards) < sign ? bits + 1 : bits - 1;
+  return std::bit_cast<Lanes>(step == 0 ? bits : from == 0 ? past_0 : next);
 }
 
 }  // namespace
