@@ -32,6 +32,7 @@ void demand_cases(const suite::Layout& layout, const std::vector<std::string>& n
 
 CLI::Validator between(double low, double high) {
   std::ostringstream range;  // as CLI11 describes its own ranges in --help
+  range.precision(10);
   range << "in [" << low << " - " << high << "]";
   return CLI::Validator(
       [=](std::string& text) -> std::string {
@@ -39,6 +40,7 @@ CLI::Validator between(double low, double high) {
         const bool is_number = CLI::detail::lexical_cast(text, value);
         if (is_number && value >= low && value <= high) return {};
         std::ostringstream message;
+        message.precision(10);
         message << "wanted a number from " << low << " to " << high << ", found " << text;
         return message.str();
       },
@@ -87,7 +89,7 @@ void add_renderer(CLI::App* command, std::optional<std::string>& renderer, int& 
                    "this program")
       ->type_name("'CMD …'");
   command->add_option("-j,--threads", threads, "Threads of the renderer; default: all")
-      ->check(CLI::Range(1, 1024));
+      ->check(between(1, 1024));
 }
 
 }  // namespace app

@@ -282,13 +282,13 @@ int dispatch(const std::vector<std::string>& arguments) {
   new_app->add_option("--why", new_options.why, "One sentence: what this case alone would notice")
       ->required();
   new_app->add_option("--shader", new_options.shader, "Default disney");
-  new_app->add_option("--width", new_options.width, "Default 64")->check(CLI::Range(1, 4096));
-  new_app->add_option("--height", new_options.height, "Default 64")->check(CLI::Range(1, 4096));
+  new_app->add_option("--width", new_options.width, "Default 64")->check(between(1, 4096));
+  new_app->add_option("--height", new_options.height, "Default 64")->check(between(1, 4096));
   new_app
       ->add_option("--spp", new_options.spp, "Default 256; calibrate --set-spp chooses them by measurement")
-      ->check(CLI::Range(8, 1048576));
+      ->check(between(8, 1048576));
   new_app->add_option("--depth", new_options.depth, "Scattering events; default 4")
-      ->check(CLI::Range(0, 1000));
+      ->check(between(0, 1000));
   new_app->callback([&] { new_case(new_common.layout(), new_options), code = 0; });
 
   ReportArguments report_arguments;
@@ -324,7 +324,7 @@ int dispatch(const std::vector<std::string>& arguments) {
   calibrate_app->add_option("case", calibrate_arguments.names, "Names of cases");
   calibrate_app->add_flag("--all", calibrate_arguments.all, "All cases");
   calibrate_app->add_option("--seeds", calibrate_options.seeds, "Independent renders to compare; default 4")
-      ->check(CLI::Range(2, 64));
+      ->check(between(2, 64));
   calibrate_app->add_option("--factor", calibrate_options.factor, "Limits are this many floors; default 2")
       ->check(between(1, 3));
   calibrate_app->add_flag("--set-spp", calibrate_options.set_spp,

@@ -223,13 +223,13 @@ void add_speed(CLI::App& app, const std::vector<std::string>& arguments, int& co
       ->type_name("PERCENT")
       ->check(between(1e-3, 100));
   command->add_option("--size", a->plan.size, "Pixels across and down")
-      ->check(CLI::Range(8, 4096))
+      ->check(between(8, 4096))
       ->capture_default_str();
   command->add_option("--rounds", a->plan.rounds_min, "At least, with other seeds each")
-      ->check(CLI::Range(2, 64))
+      ->check(between(2, 64))
       ->capture_default_str();
   command->add_option("-j,--threads", a->plan.threads, "Of each renderer; default: all")
-      ->check(CLI::Range(1, 1024));
+      ->check(between(1, 1024));
   command
       ->add_option("--renderer", a->renderers,
                    "One more contestant: NAME='CMD {scene} {out} {width} {height} {spp} {seed} …'. A line of "

@@ -57,6 +57,7 @@ TEST_F(Speed, says_in_one_line_what_is_wrong_with_the_command) {
   expect({"--renderer", "x=true {scene} {out} {sped}"}, "wanted one of {scene} {out}");
   expect({"-k", "gray"}, "wanted a pattern that one of grey, growth_size, small has, found 'gray'");
   expect({"--size", "4"}, "--size");
+  expect({"--size", "5"}, "--size: wanted a number from 8 to 4096, found 5");
   expect({"--seconds-per-scene", "nan"}, "wanted a number from");
   expect({"--page"}, "wanted measurements (assay speed), found none");
   fs::remove_all(suite_.layout.build + "/speed");

@@ -57,21 +57,21 @@ void add_study(CLI::App& app, const std::vector<std::string>& arguments, int& co
   const auto [null_app, null] =
       add("null", "How often a picture that differs by noise alone is called something", study_null);
   null_app->add_option("--trials", null->trials, "Goldens, renders and fresh seeds, of all cases together")
-      ->check(CLI::Range(1, 10000000))
+      ->check(between(1, 10000000))
       ->capture_default_str();
   null_app->add_option("--level", null->level, "False alarms a case may give")
       ->check(between(1e-8, .5))
       ->capture_default_str();
   null_app->add_option("--pixels", null->pixels, "Of a picture, about")
-      ->check(CLI::Range(64, 65536))
+      ->check(between(64, 65536))
       ->capture_default_str();
   null_app->add_option("--spp", null->spp, "Samples of a pixel, in 8 replicates")
-      ->check(CLI::Range(8, 4096))
+      ->check(between(8, 4096))
       ->capture_default_str();
   const auto [power_app, power] =
       add("power", "How often a bias of known size is found, at the cases' own samples", study_power);
   power_app->add_option("--seeds", power->seeds, "Trials of each case and bias")
-      ->check(CLI::Range(3, 1000))
+      ->check(between(3, 1000))
       ->capture_default_str();
 }
 
