@@ -1,4 +1,4 @@
-// Arithmetic on four floats in one register, the same with g++ and clang (an extension that both have).
+// Arithmetic on four numbers in one register, the same with g++ and clang (an extension that both have).
 #pragma once
 
 #include <emmintrin.h>
@@ -11,6 +11,7 @@ namespace math {
 
 typedef float Lanes __attribute__((vector_size(16)));
 typedef std::int32_t Mask __attribute__((vector_size(16)));
+typedef std::uint32_t Bits __attribute__((vector_size(16)));
 
 inline Lanes all(float v) { return Lanes{v, v, v, v}; }
 inline Lanes load(const Vec4& v) { return _mm_loadu_ps(&v.x); }

@@ -19,6 +19,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "math/lanes.h"
 #include "math/vec.h"
 
 namespace math {
@@ -37,9 +38,9 @@ inline constexpr float largest_u = 0x1.fffffep-1f;
 // 32 random bits to [0, 1 - 2^-24]: the low bits are cut, never rounded up to 1.
 inline float to_unit_float(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
-// Also of each of several numbers at once (detail::Four).
-template <typename Bits>
-constexpr Bits reverse_bits(Bits v) {
+// Also of each of several numbers at once (math::Bits).
+template <typename T>
+constexpr T reverse_bits(T v) {
   v = ((v >> 1) & 0x55555555) | ((v & 0x55555555) << 1);
   v = ((v >> 2) & 0x33333333) | ((v & 0x33333333) << 2);
   v = ((v >> 4) & 0x0f0f0f0f) | ((v & 0x0f0f0f0f) << 4);
@@ -51,15 +52,11 @@ namespace detail {
 
 using Sobol4 = std::array<std::uint32_t, 4>;
 
-// Four numbers in one register (an extension that g++ and clang share): two and a half times as fast as one
-// by one.
-typedef std::uint32_t Four __attribute__((vector_size(16)));
-typedef float FourFloats __attribute__((vector_size(16)));
-typedef std::int32_t FourSigned __attribute__((vector_size(16)));
-inline FourFloats to_unit_floats(Four bits) {
-  return __builtin_convertvector(std::bit_cast<FourSigned>(bits >> 8), FourFloats) * 0x1p-24f;
+// Four numbers in one register: two and a half times as fast as one by one.
+inline Lanes to_unit_floats(Bits bits) {
+  return __builtin_convertvector(std::bit_cast<Mask>(bits >> 8), Lanes) * 0x1p-24f;
 }
-inline Four load(const Sobol4& v) { return std::bit_cast<Four>(v); }
+inline Bits load(const Sobol4& v) { return std::bit_cast<Bits>(v); }
 
 // [d][k]: what bit k of the index adds, by exclusive or, to dimension d.
 using Directions = std::array<std::array<std::uint32_t, 32>, 4>;
@@ -139,8 +136,8 @@ alignas(64) inline constexpr Table base4_table = table_of(base4_directions());
 
 // Owen scrambling of a number whose bits are reversed: each bit is flipped or not by a hash of the bits below
 // it.
-template <typename Bits>
-Bits scramble_reversed(Bits v, Bits key) {
+template <typename T>
+T scramble_reversed(T v, T key) {
   v ^= v * 0x3d20adea;
   v += key;
   v *= (key >> 16) | 1;
@@ -208,10 +205,10 @@ class Sampler {
     const detail::Table& table = group == 0 ? detail::base4_table : detail::sobol_table;
     const std::uint32_t index = detail::scramble_reversed(reversed_index_, low(h.c));
     const auto entry = [&](unsigned k) { return detail::load(table[k][(index >> (4 * k)) & 15]); };
-    detail::Four v =
+    Bits v =
         ((entry(0) ^ entry(1)) ^ (entry(2) ^ entry(3))) ^ ((entry(4) ^ entry(5)) ^ (entry(6) ^ entry(7)));
-    v = reverse_bits(detail::scramble_reversed(v, detail::Four{low(h.a), high(h.a), low(h.b), high(h.b)}));
-    const detail::FourFloats u = detail::to_unit_floats(v);
+    v = reverse_bits(detail::scramble_reversed(v, Bits{low(h.a), high(h.a), low(h.b), high(h.b)}));
+    const Lanes u = detail::to_unit_floats(v);
     return {u[0], u[1], u[2], u[3]};
   }
 

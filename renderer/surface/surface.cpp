@@ -12,6 +12,7 @@ namespace surface {
 
 namespace {
 
+using math::Bits;
 using math::cross;
 using math::dot;
 using math::DVec3;
@@ -66,7 +67,6 @@ Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
 // The neighbours of `from` in the direction of `step`'s sign, as std::nextafter finds them for finite
 // numbers; `from` itself where `step` is 0.
 Lanes next_towards(Lanes from, Lanes step) {
-  typedef std::uint32_t Bits __attribute__((vector_size(16)));
   const auto bits = std::bit_cast<Bits>(from), towards = std::bit_cast<Bits>(step);
   constexpr std::uint32_t sign = 0x80000000;
   const Bits past_0 = (towards & sign) | 1, next = (bits ^ towards) < sign ? bits + 1 : bits - 1;
