@@ -52,7 +52,7 @@ void check_memory(const Options& options) {
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
   const bool adaptive = options["adaptive"];
   const int of_the_pilot = (adaptive && r.replicates < integrator::enough_replicates ? 2 : 0) +
-                           (adaptive && r.spp / r.replicates >= fewest_for_pairs ? 1 : 0);
+                           (adaptive && r.spp / r.replicates >= fewest_for_pairs ? 2 : 0);
   const double gigabytes =
       width * height *
       (film_bytes * r.replicates * (films_of(options) + of_the_pilot) + (adaptive ? noise_map_bytes : 0)) /
@@ -105,6 +105,16 @@ const scene::Scene& Stage::prepare(Options& options) {
   return scene_;
 }
 
+// The mean of `pairs` per pixel and replicate, without those of reuse.
+double pair_rays(const integrator::Spread& spread, std::uint64_t rays, int pairs) {
+  const image::Film& film = spread.pairs;
+  double of_reuse = 0;
+  for (int y = 0; y < film.height(); ++y)
+    for (int x = 0; x < film.width(); ++x) of_reuse += static_cast<double>(film.mean(x, y).z);
+  const double pixels = static_cast<double>(film.width()) * film.height();
+  return (static_cast<double>(rays) / (film.replicates() * pairs) - of_reuse) / pixels;
+}
+
 Result run(Options& options, Stage& stage, Console& console) {
   const Clock::time_point start = Clock::now();
   Result result;
@@ -131,7 +141,8 @@ Result run(Options& options, Stage& stage, Console& console) {
   result.partial = stop_signal() != 0;
   double done = 0;  // samples per pixel
   const auto pass = [&](const integrator::Renderer::Counts& from, const integrator::Renderer::Counts& until,
-                        double count, double total, const integrator::Sharing& sharing, image::Film* spread) {
+                        double count, double total, const integrator::Sharing& sharing,
+                        integrator::Spread* spread) {
     result.partial = !renderer.render(
         film, from, until, sharing, spread,
         [&](const integrator::Status& status) {
@@ -164,13 +175,18 @@ Result run(Options& options, Stage& stage, Console& console) {
   const bool pairs = adaptive && each_has >= fewest_for_pairs;
   const int everywhere = !adaptive ? each_has : pairs ? each_has / 4 * 2 : each_has / 4;
   const double until = adaptive ? limit / 4 : limit;
-  if (adaptive && film.width() * film.height() < 2)
-    base::fail("--adaptive: wanted a picture of two pixels or more, found one");
+  if (adaptive && std::max(film.width(), film.height()) <= integrator::block_side)
+    base::fail("--adaptive: wanted a picture of more than 2 pixels in width or height, found ", film.width(),
+               " x ", film.height());
   const bool few = adaptive && replicates < integrator::enough_replicates;
   const int least = few ? 2 : 1;
   int each = 0;
-  std::optional<image::Film> spread;  // of the pilot's pairs
-  if (pairs) spread.emplace(film.width(), film.height(), replicates, image::Film::Holds::data);
+  std::optional<integrator::Spread> spread;  // of the pilot's pairs
+  if (pairs) {
+    const image::Film data(film.width(), film.height(), replicates, image::Film::Holds::data);
+    spread.emplace(data, data);
+  }
+  std::optional<integrator::ReuseMap> reuse;  // from the pilot's first quarter on; before, all do
   // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
   // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
   // promise that, as it was before the last pass.
@@ -194,13 +210,20 @@ Result run(Options& options, Stage& stage, Console& console) {
         count = std::min(count, next_mark(each) - each);
       if (each > 0 && (timed || each == marks[0] || each == marks[1])) early.push_back({film, each});
     }
+    if (pairs && each < marks[0]) count = std::min(count, marks[0] - each);
     count = (count + step - 1) / step * step;  // no pass parts a pair
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
          everywhere * replicates,
-         pairs ? integrator::Sharing{0, 0, [](int, int) { return 2; }} : integrator::Sharing{},
+         pairs ? integrator::Sharing{0, 0,
+                                     [&](int x, int y) {
+                                       return integrator::Technique{2, !reuse || reuse->at(x, y)};
+                                     }}
+               : integrator::Sharing{},
          pairs ? &*spread : nullptr);
+    if (pairs && !reuse && each >= std::min(marks[0], everywhere))
+      reuse.emplace(*spread, pair_rays(*spread, renderer.rays(), each / 2));
   }
 
   // The rest where the pixels of the other colour find noise.
@@ -233,7 +256,11 @@ Result run(Options& options, Stage& stage, Console& console) {
       level = plan.levels_of_mean(now);
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
            [&](int x, int y, int) { return plan.count(x, y, level); }, count, total,
-           pairs ? integrator::Sharing{each, each / 2, [&](int x, int y) { return plan.together(x, y); }}
+           pairs ? integrator::
+                       Sharing{each, each / 2,
+                               [&](int x, int y) {
+                                 return integrator::Technique{plan.together(x, y), reuse && reuse->at(x, y)};
+                               }}
                  : integrator::Sharing{},
            nullptr);
     }

@@ -20,6 +20,10 @@ constexpr double p = 1.5;
 // stratified better than those of paths. Measured from 1 to 16.
 constexpr double stratified = 2;
 
+// The same of light that arrives directly, which two paths from one camera ray find independently. Measured
+// from 4 to 16.
+constexpr double stratified_direct = 4;
+
 // Sobol points, and so camera rays, come in groups of four that are well distributed by themselves.
 constexpr int group = 4;
 
@@ -42,10 +46,44 @@ std::vector<double> smoothed(const std::vector<double>& v, int width, int height
   return twice;
 }
 
+// A block's first row or column.
+int corner(int x) { return x / block_side * block_side; }
+
+// Means over 9 x 9.
+std::vector<double> wide(const std::vector<double>& v, int width, int height) {
+  return smoothed(smoothed(v, width, height), width, height);
+}
+
 }  // namespace
 
+ReuseMap::ReuseMap(const Spread& spread, double pair_rays)
+    : width_(spread.pairs.width()),
+      reuse_(static_cast<size_t>(width_) * static_cast<size_t>(spread.pairs.height())) {
+  const int height = spread.pairs.height();
+  for (const int color : {0, 1}) {
+    std::vector<double> with, without, rays_with, rays_without;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width_; ++x) {
+        const bool counts = checkerboard(x, y) == color;
+        const glm::dvec3 pairs(spread.pairs.mean(x, y)), reuse(spread.reuse.mean(x, y));
+        with.push_back(counts ? reuse.x / stratified_direct + reuse.y : 0);
+        without.push_back(counts ? reuse.x / stratified_direct + reuse.z : 0);
+        rays_with.push_back(counts ? pair_rays + pairs.z : 0);
+        rays_without.push_back(counts ? pair_rays : 0);
+      }
+    for (std::vector<double>* v : {&with, &without, &rays_with, &rays_without}) *v = wide(*v, width_, height);
+    // A block's pixels are as one.
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width_; ++x) {
+        const size_t i = index(corner(x), corner(y));
+        if (checkerboard(x, y) != color)
+          reuse_[index(x, y)] = with[i] * rays_with[i] < without[i] * rays_without[i];
+      }
+  }
+}
+
 NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early,
-                   const image::Film* spread, double path_rays)
+                   const Spread* spread, double path_rays)
     : width_(pilot.width()), height_(pilot.height()), replicates_(pilot.replicates()), pilot_(samples) {
   assert(early.empty() ? replicates_ > 1 : early.back().samples < samples);
   // Of a pixel: the variance of one sample, summed over the channels.
@@ -80,9 +118,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
       mean_ += (mean.x + mean.y + mean.z) / 3;
     }
   mean_ /= std::accumulate(weight.begin(), weight.end(), 0.);
-  const auto wide = [&](const std::vector<double>& v) {
-    return smoothed(smoothed(v, width_, height_), width_, height_);
-  };
+  const auto wide = [&](const std::vector<double>& v) { return integrator::wide(v, width_, height_); };
   variance_ = wide(variance);
   weight = wide(weight);
   for (size_t i = 0; i < variance_.size(); ++i) variance_[i] = weight[i] > 0 ? variance_[i] / weight[i] : 0;
@@ -95,7 +131,7 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) {
         const bool counts = checkerboard(x, y) == color;
-        const glm::dvec3 mean(pilot.mean(x, y)), squares(spread->mean(x, y));
+        const glm::dvec3 mean(pilot.mean(x, y)), squares(spread->pairs.mean(x, y));
         within.push_back(counts ? squares.x : 0);
         between.push_back(counts ? (squares.y - dot(mean, mean) - squares.x / 2) / stratified : 0);
       }
@@ -109,6 +145,13 @@ NoiseMap::NoiseMap(const image::Film& pilot, int color, int samples, std::span<c
     }
   }
   for (const double v : variance_) need_.push_back(v > 0 ? math::exp(math::log(v) / (1 + p)) : 0);
+  // A block's pixels are as one.
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const size_t first = index(corner(x), corner(y));
+      need_[index(x, y)] = need_[first];
+      together_[index(x, y)] = together_[first];
+    }
   if (const double most = *std::max_element(need_.begin(), need_.end()); most > 0)
     for (double& need : need_) need /= most;
 }
@@ -117,8 +160,7 @@ int NoiseMap::group_of(size_t pixel) const { return group * together_[pixel]; }
 
 int NoiseMap::count(int x, int y, double level) const {
   // The fraction left by rounding down is one more group for as many pixels, chosen by a hash.
-  const auto pixel =
-      static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(width_) + static_cast<std::uint64_t>(x);
+  const size_t pixel = index(corner(x), corner(y));
   const int size = group_of(pixel);
   const double more = std::clamp(level * need_[pixel] - pilot_, 0., 1e9);
   return pilot_ +

@@ -16,14 +16,31 @@
 #include <vector>
 
 #include "image/film.h"
+#include "integrator/render.h"
 
 namespace integrator {
 
 // The spread of fewer replicates says too little: NoiseMap is then given `early`.
 constexpr int enough_replicates = 4;
 
-// 0 or 1.
-inline int checkerboard(int x, int y) { return (x + y) % 2; }
+// 0 or 1: the squares are blocks, whose pixels may share paths.
+inline int checkerboard(int x, int y) { return (x / block_side + y / block_side) % 2; }
+
+// Where reuse is worth its rays, as pixels of the other colour say.
+class ReuseMap {
+ public:
+  // spread: of samples that were all made with reuse; pair_rays: of two of them that share a camera ray, on
+  // average, but for those of reuse.
+  ReuseMap(const Spread& spread, double pair_rays);
+  bool at(int x, int y) const { return reuse_[index(x, y)]; }
+
+ private:
+  size_t index(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  }
+  int width_;
+  std::vector<bool> reuse_;
+};
 
 // What the pixels of one colour say about noise, for those of the other to act on. Counts are per replicate.
 class NoiseMap {
@@ -39,12 +56,10 @@ class NoiseMap {
   // `spread`: of a pilot whose samples shared camera rays two by two, what Renderer::render says of them.
   // path_rays: of a path after its camera ray, on average.
   NoiseMap(const image::Film& pilot, int color, int samples, std::span<const Early> early = {},
-           const image::Film* spread = nullptr, double path_rays = 1);
+           const Spread* spread = nullptr, double path_rays = 1);
 
   // How many samples of a pixel are to share a camera ray after the pilot: 1, 2 or 4; 1 without `spread`.
-  int together(int x, int y) const {
-    return together_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
-  }
+  int together(int x, int y) const { return together_[index(x, y)]; }
   // Samples of a pixel at a level; never fewer than the pilot's, and none less at a higher level.
   int count(int x, int y, double level) const;
   // The level whose counts have this mean over the picture.
@@ -55,6 +70,9 @@ class NoiseMap {
 
  private:
   double mean_count(double level) const;
+  size_t index(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  }
   int group_of(size_t pixel) const;  // samples that are added to it together
   int width_, height_, replicates_, pilot_;
   double mean_ = 0;  // of these pixels and channels

@@ -57,8 +57,8 @@ Picture picture(std::uint32_t seed, int spp, bool naive, bool few) {
   const Plan::Levels levels = plan.levels_of_mean({mean, mean});
   double counts[2] = {0, 0};
   everywhere([&](int x, int y, int r) {
-    // A neighbour has the other colour: what it is told comes from this pixel and others of its colour.
-    const int count = plan.count(naive ? x ^ 1 : x, y, levels);
+    // The block beside has the other colour: what it is told comes from this pixel and others of its colour.
+    const int count = plan.count(naive ? x ^ block_side : x, y, levels);
     counts[x < size / 2] += count;
     add(x, y, r, each, count);
   });
@@ -139,7 +139,9 @@ TEST(Adaptive, counts_have_the_mean_asked_for_go_where_the_noise_is_and_never_sh
 // the same variance.
 TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
   constexpr int rays = 8;
-  image::Film film(size, size, replicates), spread(size, size, replicates, image::Film::Holds::data);
+  image::Film film(size, size, replicates);
+  const image::Film data(size, size, replicates, image::Film::Holds::data);
+  Spread spread{data, data};
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x)
       for (int r = 0; r < replicates; ++r)
@@ -149,7 +151,7 @@ TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
           const float found = x < size / 2 ? .9f * u.x : 0, rest = x < size / 2 ? .1f : .9f;
           const Vec3 a(found + rest * u.y), b(found + rest * u.z), half = (a + b) * .5f;
           film.add(x, y, r, a), film.add(x, y, r, b);
-          spread.add(x, y, r, {dot(a - b, a - b) / 2, dot(half, half), 0});
+          spread.pairs.add(x, y, r, {dot(a - b, a - b) / 2, dot(half, half), 0});
         }
   const auto of = [&](double path_rays) { return NoiseMap(film, 0, 2 * rays, {}, &spread, path_rays); };
   EXPECT_EQ(of(2).together(3, 3), 1);
@@ -157,7 +159,8 @@ TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
   EXPECT_EQ(of(1e9).together(size - 4, 3), 1);  // camera rays cost nothing beside such paths
   EXPECT_EQ(NoiseMap(film, 0, 2 * rays).together(size - 4, 3), 1);
   // Where no path goes on from what is seen, camera rays are all there is.
-  image::Film seen(size, size, replicates), alike(size, size, replicates, image::Film::Holds::data);
+  image::Film seen(size, size, replicates);
+  const Spread alike{data, data};
   for (int i = 0; i < 2 * size * size; ++i)
     seen.add(i / 2 % size, i / 2 / size, i % 2, Vec3(static_cast<float>(i % 3)));
   EXPECT_EQ(NoiseMap(seen, 0, 1, {}, &alike, 0).together(3, 3), 1);

@@ -33,6 +33,7 @@ struct First {
   accel::Ray ray;
   bool found;
   surface::Point point;  // if found
+  math::Vec3 light{0};   // seen directly: what the surface emits, or the environment
   // Random numbers for the first direction, of one point with the camera ray's: not if several paths begin
   // here.
   std::optional<math::Vec2> direction;

@@ -7,6 +7,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -16,6 +17,7 @@
 #include "base/error.h"
 #include "integrator/camera.h"
 #include "integrator/path.h"
+#include "integrator/reuse.h"
 #include "math/warp.h"
 
 namespace integrator {
@@ -25,6 +27,7 @@ namespace {
 using math::Vec3;
 
 constexpr int tile_size = 16;
+static_assert(tile_size % block_side == 0);
 
 // Within a tile of many samples: some hundredths of a second.
 constexpr std::uint64_t rays_between_reports = 100000;
@@ -196,23 +199,78 @@ struct Renderer::Impl {
   accel::Ray camera_ray(int x, int y, const math::Vec4& u) const {
     return camera.ray(static_cast<float>(x) + filtered(u.x), static_cast<float>(y) + filtered(u.y));
   }
-  Vec3 path(const First& first, math::Sampler& sampler, std::uint64_t& traced, Parts* parts) const {
-    Vec3 radiance = integrator::radiance(*world, first, sampler, traced, parts);
-    if (settings.clamp > 0) {
-      const float length = math::length(radiance);
-      if (length > settings.clamp) {
-        radiance *= settings.clamp / length;
-        if (parts)
-          for (Vec3& part : *parts) part *= settings.clamp / length;
-      }
-    }
-    return radiance;
+  // To the length of --clamp, with its parts.
+  void clamp(Vec3& radiance, Parts* parts) const {
+    if (!(settings.clamp > 0)) return;
+    const float length = math::length(radiance);
+    if (!(length > settings.clamp)) return;
+    radiance *= settings.clamp / length;
+    if (parts)
+      for (Vec3& part : *parts) part *= settings.clamp / length;
   }
 
-  // Runs body(x, y) for every pixel of the crop, in tiles. False if stopped.
+  // Adds samples from `begin` until `end` of a replicate of pixels: of one, or of a block that reuses paths.
+  void add_samples(image::Film& film, std::span<const math::IVec2> pixels, int replicate, int begin, int end,
+                   const Sharing& sharing, const Technique& technique, Spread* spread,
+                   std::span<image::Film> parts, std::uint64_t& traced) const {
+    const size_t n = pixels.size();
+    std::vector<math::Sampler> samplers;
+    for (const math::IVec2& at : pixels) samplers.push_back(sampler(x0 + at.x, y0 + at.y, replicate, 0));
+    std::array<First, block_size> first;
+    std::array<Reused, block_size> now, before;
+    std::array<Vec3, block_size> sums;
+    std::array<Parts, block_size> values;
+    for (int i = begin; i < end;) {
+      // Paths i and those that share its camera ray, which may have begun in an earlier call.
+      const int number = (i - sharing.from) / technique.together;
+      const int last = std::min(end, sharing.from + (number + 1) * technique.together);
+      for (size_t k = 0; k < n; ++k) {
+        samplers[k].set_index(static_cast<std::uint32_t>(sharing.rays + number));
+        const math::Vec4 u = samplers[k].get(0);
+        first[k] = first_of(*world, camera_ray(x0 + pixels[k].x, y0 + pixels[k].y, u), samplers[k], traced);
+        if (!sharing.technique) first[k].direction = {u.z, u.w};
+      }
+      std::uint64_t reconnections = 0;
+      for (const int start = i; i < last; ++i) {
+        for (math::Sampler& s : samplers) s.set_index(static_cast<std::uint32_t>(i));
+        const std::span<Parts> some = parts.empty() ? std::span<Parts>() : std::span(values).first(n);
+        if (n == 1)
+          now[0].own =
+              radiance(*world, first[0], samplers[0], traced, parts.empty() ? nullptr : values.data());
+        else
+          reconnections +=
+              radiance(*world, std::span(first).first(n), samplers, traced, std::span(now).first(n), some);
+        for (size_t k = 0; k < n; ++k) {
+          const int x = pixels[k].x, y = pixels[k].y;
+          Vec3 sum = now[k].own + now[k].shared;
+          clamp(sum, some.empty() ? nullptr : &values[k]);
+          film.add(x, y, replicate, sum);
+          for (size_t part = 0; part < parts.size(); ++part)
+            parts[part].add(x, y, replicate, values[k][part]);
+          if (spread && (i - start) % 2 == 1) {
+            const auto half_square = [](const Vec3& a, const Vec3& b) { return math::dot(a - b, a - b) / 2; };
+            const Vec3 mean = (sum + sums[k]) * .5f;
+            spread->pairs.add(x, y, replicate,
+                              {half_square(sum, sums[k]), math::dot(mean, mean),
+                               static_cast<float>(reconnections) / static_cast<float>(n)});
+            spread->reuse.add(
+                x, y, replicate,
+                {half_square(now[k].own, before[k].own), half_square(now[k].shared, before[k].shared),
+                 half_square(now[k].alone, before[k].alone)});
+          }
+          sums[k] = sum;
+        }
+        if ((i - start) % 2 == 1) reconnections = 0;
+        before = now;
+      }
+    }
+  }
+
+  // Runs body(x, y) for every pixel of the crop, or for those of every `step`-th row and column, in tiles.
+  // False if stopped.
   template <typename Body>
   bool for_each_pixel(const Body& body, const Progress& progress = {},
-                      const std::atomic<bool>* stop = nullptr) const {
+                      const std::atomic<bool>* stop = nullptr, int step = 1) const {
     const int columns = (width + tile_size - 1) / tile_size, rows = (height + tile_size - 1) / tile_size;
     std::atomic<int> done{0};
     std::atomic<bool> stopped{false};
@@ -239,8 +297,8 @@ struct Renderer::Impl {
               if (stop && *stop) stopped = true;
               std::uint64_t traced = 0;  // not yet added to `rays`
               const int left = tile % columns * tile_size, top = tile / columns * tile_size;
-              for (int y = top; y < std::min(top + tile_size, height); ++y)
-                for (int x = left; x < std::min(left + tile_size, width); ++x) {
+              for (int y = top; y < std::min(top + tile_size, height); y += step)
+                for (int x = left; x < std::min(left + tile_size, width); x += step) {
                   if (stopped) {
                     rays += traced;
                     return;
@@ -287,7 +345,7 @@ bool Renderer::render(image::Film& film, int first, int count, const Progress& p
 }
 
 bool Renderer::render(image::Film& film, const Counts& done, const Counts& wanted, const Sharing& sharing,
-                      image::Film* spread, const Progress& progress, std::span<image::Film> parts,
+                      Spread* spread, const Progress& progress, std::span<image::Film> parts,
                       const std::atomic<bool>* stop) const {
   const Impl& m = *impl_;
   const Shader shader = m.settings.shader;
@@ -304,37 +362,20 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
         },
         progress, stop);
   }
+  const bool can_reuse = !m.world->blended;
   return m.for_each_pixel(
-      [&](int x, int y, std::uint64_t& traced) {
-        const bool shared = static_cast<bool>(sharing.paths);
-        const int together = shared ? sharing.paths(x, y) : 1;
-        for (int r = 0; r < m.settings.replicates; ++r) {
-          math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, 0);
-          for (int i = done(x, y, r), end = wanted(x, y, r); i < end;) {
-            // Paths i and those that share its camera ray, which may have begun in an earlier call.
-            const int number = (i - sharing.from) / together;
-            const int last = std::min(end, sharing.from + (number + 1) * together);
-            sampler.set_index(static_cast<std::uint32_t>(sharing.rays + number));
-            const math::Vec4 u = sampler.get(0);
-            First first = first_of(*m.world, m.camera_ray(m.x0 + x, m.y0 + y, u), sampler, traced);
-            if (!shared) first.direction = {u.z, u.w};
-            Vec3 before(0);
-            for (const int begin = i; i < last; ++i) {
-              Parts values;
-              sampler.set_index(static_cast<std::uint32_t>(i));
-              const Vec3 radiance = m.path(first, sampler, traced, parts.empty() ? nullptr : &values);
-              film.add(x, y, r, radiance);
-              for (size_t k = 0; k < parts.size(); ++k) parts[k].add(x, y, r, values[k]);
-              if (spread && (i - begin) % 2 == 1) {
-                const Vec3 difference = radiance - before, half = (radiance + before) * .5f;
-                spread->add(x, y, r, {math::dot(difference, difference) / 2, math::dot(half, half), 0});
-              }
-              before = radiance;
-            }
-          }
-        }
+      [&](int left, int top, std::uint64_t& traced) {
+        const Technique technique = sharing.technique ? sharing.technique(left, top) : Technique();
+        std::vector<math::IVec2> block;
+        for (int y = top; y < std::min(top + block_side, m.height); ++y)
+          for (int x = left; x < std::min(left + block_side, m.width); ++x) block.emplace_back(x, y);
+        const size_t together = technique.reuse && can_reuse ? block.size() : 1;
+        for (size_t k = 0; k < block.size(); k += together)
+          for (int r = 0; r < m.settings.replicates; ++r)
+            m.add_samples(film, std::span(block).subspan(k, together), r, done(block[k].x, block[k].y, r),
+                          wanted(block[k].x, block[k].y, r), sharing, technique, spread, parts, traced);
       },
-      progress, stop);
+      progress, stop, block_side);
 }
 
 std::optional<surface::Point> Renderer::first_surface(float x, float y) const {

@@ -69,11 +69,27 @@ using Progress = std::function<bool(const Status&)>;
 // "emission", "diffuse.direct", "diffuse.indirect", "sheen.direct", ...: see integrator::Parts.
 std::span<const std::string> part_names();
 
-// Samples are paths, and several may go on from what one camera ray finds: of each replicate those from
-// number `from` on, `paths` together; those before had `rays` camera rays.
+// Pixels that may share paths: blocks of 2 x 2, or what of them is in the picture.
+inline constexpr int block_side = 2, block_size = block_side * block_side;
+
+// How samples, which are paths, are made.
+struct Technique {
+  int together = 1;    // paths that go on from what one camera ray finds
+  bool reuse = false;  // the paths of a block share what they meet at their second surfaces
+};
+
+// Of each replicate the samples from number `from` on; those before had `rays` camera rays.
 struct Sharing {
   int from = 0, rays = 0;
-  std::function<int(int x, int y)> paths;  // none: each has its own
+  std::function<Technique(int x, int y)> technique;  // the same for a whole block; none: Technique()
+};
+
+// How samples that share a camera ray two by two differ; both films hold data.
+struct Spread {
+  // Half the square of their difference, the square of their mean, both summed over channels; rays of reuse.
+  image::Film pairs;
+  // Half the square of the difference in what reuse has no part in; in the rest; in that without reuse.
+  image::Film reuse;
 };
 
 class Renderer {
@@ -104,11 +120,10 @@ class Renderer {
   // The same for counts that differ from pixel to pixel: of each replicate, samples from `done` until
   // `wanted`.
   using Counts = std::function<int(int x, int y, int replicate)>;
-  // `spread`, if not null (of data and the size of `film`), takes, of every two samples of this call that
-  // share a camera ray and summed over channels: x half the square of their difference, y the square of their
-  // mean.
+  // They are the same for a whole block if its paths are reused. `spread`, if not null (of the size of
+  // `film`), takes how the samples of this call differ.
   bool render(image::Film& film, const Counts& done, const Counts& wanted, const Sharing& sharing = {},
-              image::Film* spread = nullptr, const Progress& progress = {}, std::span<image::Film> parts = {},
+              Spread* spread = nullptr, const Progress& progress = {}, std::span<image::Film> parts = {},
               const std::atomic<bool>* stop = nullptr) const;
 
   // What is seen at a point of the image (pixels, as CameraRays has them; not of the crop); nullopt: nothing.

@@ -110,7 +110,7 @@ TEST(Render, paths_that_share_camera_rays_take_the_next_ones_whatever_calls_they
   settings.replicates = 2;
   const Renderer renderer(s, settings);
   const auto until = [](int n) { return [n](int, int, int) { return n; }; };
-  const auto together = [](int n) { return [n](int, int) { return n; }; };
+  const auto together = [](int n) { return [n](int, int) { return Technique{n}; }; };
   image::Film shared = renderer.film(), torn = renderer.film();
   renderer.render(shared, until(0), until(4), {0, 0, together(2)});
   renderer.render(shared, until(4), until(8), {4, 2, together(4)});
@@ -135,38 +135,49 @@ TEST(Render, paths_that_share_camera_rays_take_the_next_ones_whatever_calls_they
 }
 
 // Within 4.5 standard errors (of .1 % at most; with fresh seeds a right program fails seven times in a
-// million). Four paths together save three of four camera rays.
-TEST(Render, paths_that_share_camera_rays_have_the_same_mean_and_cost_fewer_rays) {
+// million, and twice that for two ways of sharing). Four paths together save three of four camera rays; reuse
+// adds the rays that it says, and its counts are those of a block.
+TEST(Render, paths_that_share_have_the_same_mean_and_cost_the_rays_they_say) {
   const scene::Scene s = two_spheres();
-  double sum[2] = {}, squares[2] = {};
-  std::uint64_t rays[2] = {};
+  const Technique techniques[3] = {{1, false}, {4, false}, {4, true}};
+  double sum[3] = {}, squares[3] = {}, of_reuse = 0;
+  std::uint64_t rays[3] = {};
   constexpr int pictures = 64, spp = 16;
   for (int k = 0; k < pictures; ++k)
-    for (const int shared : {0, 1}) {
+    for (const int way : {0, 1, 2}) {
       Settings settings = small(Shader::disney, spp);
-      settings.seed = static_cast<std::uint32_t>(2 * k + shared);
+      settings.seed = static_cast<std::uint32_t>(3 * k + way);
       settings.replicates = 1;
       const Renderer renderer(s, settings);
-      image::Film film = renderer.film(), spread(16, 16, 1, image::Film::Holds::data);
+      image::Film film = renderer.film();
+      const image::Film data(16, 16, 1, image::Film::Holds::data);
+      Spread spread{data, data};
       renderer.render(
           film, [](int, int, int) { return 0; }, [](int, int, int) { return spp; },
-          {0, 0, [shared](int, int) { return shared ? 4 : 1; }}, &spread);
+          {0, 0, [&](int, int) { return techniques[way]; }}, &spread);
       double mean = 0, within = 0;
       for (int y = 0; y < 16; ++y)
         for (int x = 0; x < 16; ++x) {
           mean += math::luminance(film.mean(x, y)) / 256;
-          within += spread.mean(x, y).x;
+          within += spread.pairs.mean(x, y).x;
+          of_reuse += spread.pairs.mean(x, y).z * spp / 2;
         }
-      EXPECT_EQ(within > 0, shared == 1);  // two paths from one ray differ
-      sum[shared] += mean, squares[shared] += mean * mean;
-      rays[shared] += renderer.rays();
+      EXPECT_EQ(within > 0, way > 0);  // two paths from one ray differ
+      sum[way] += mean, squares[way] += mean * mean;
+      rays[way] += renderer.rays();
     }
-  const double own = sum[0] / pictures, together = sum[1] / pictures;
-  double error = 0;
-  for (const int i : {0, 1}) error += (squares[i] / pictures - math::sqr(sum[i] / pictures)) / (pictures - 1);
-  EXPECT_LT(std::sqrt(error) / own, .001);
-  EXPECT_NEAR(together, own, 4.5 * std::sqrt(error));
-  EXPECT_NEAR(static_cast<double>(rays[0] - rays[1]) / pictures / (256. * spp), .75, .01);
+  const double own = sum[0] / pictures;
+  for (const int way : {1, 2}) {
+    double error = 0;
+    for (const int i : {0, way})
+      error += (squares[i] / pictures - math::sqr(sum[i] / pictures)) / (pictures - 1);
+    EXPECT_LT(std::sqrt(error) / own, .001);
+    EXPECT_NEAR(sum[way] / pictures, own, 4.5 * std::sqrt(error)) << way;
+  }
+  const double samples = pictures * 256. * spp;
+  EXPECT_NEAR(static_cast<double>(rays[0] - rays[1]) / samples, .75, .01);
+  EXPECT_GT(of_reuse, .5 * samples);
+  EXPECT_NEAR((static_cast<double>(rays[2]) - of_reuse - static_cast<double>(rays[1])) / samples, 0, .02);
 }
 
 std::vector<image::Film> render_parts(const scene::Scene& scene, const Settings& settings,

@@ -46,24 +46,6 @@ float uniform(std::uint32_t key, const accel::Hit& hit) {
   return static_cast<float>(x >> 8) * 0x1p-24f;
 }
 
-// Cycles' ensure_valid_reflection in closed form: if the mirror direction of wo at n would dip below the
-// surface (its elevation over ng less than min(.9 wo.ng, .01)), n is turned towards ng, in their plane, until
-// it has just that elevation. With n = (sin t, cos t) in the plane (x, ng) and wo = (ix, iz) plus a part
-// across the plane: elevation = ix sin 2t + iz cos 2t, whose first crossing from t = 0 is the one taken.
-Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
-  const float iz = dot(wo, ng);
-  const float threshold = std::min(.9f * iz, .01f);
-  if (2 * dot(n, wo) * dot(n, ng) - iz >= threshold) return n;
-  const Vec3 x = math::normalize(n - ng * dot(n, ng), Vec3(0));
-  if (math::is_black(x)) return ng;
-  const float ix = dot(wo, x);
-  const float a = ix * ix + iz * iz;
-  if (!(a > 0)) return ng;
-  const float cos_2t = (iz * threshold - ix * std::sqrt(std::max(0.f, a - threshold * threshold))) / a;
-  const float cos2 = math::saturate(.5f * (1 + cos_2t));
-  return math::normalize(x * std::sqrt(1 - cos2) + ng * std::sqrt(cos2), ng);
-}
-
 // The neighbours of `from` in the direction of `step`'s sign, as std::nextafter finds them for finite
 // numbers; `from` itself where `step` is 0.
 Lanes next_towards(Lanes from, Lanes step) {
@@ -239,6 +221,24 @@ Vec3 Surfaces::tangent(const scene::Mesh& mesh, const scene::Instance& instance,
   // glTF's v runs down the image and its bitangent up: B = -dP/dv.
   handedness = dot(cross(normal, du), dv) < 0 ? 1.f : -1.f;
   return du;
+}
+
+// Cycles' ensure_valid_reflection in closed form: if the mirror direction of wo at n would dip below the
+// surface (its elevation over ng less than min(.9 wo.ng, .01)), n is turned towards ng, in their plane, until
+// it has just that elevation. With n = (sin t, cos t) in the plane (x, ng) and wo = (ix, iz) plus a part
+// across the plane: elevation = ix sin 2t + iz cos 2t, whose first crossing from t = 0 is the one taken.
+Vec3 bend_normal(const Vec3& ng, const Vec3& wo, const Vec3& n) {
+  const float iz = dot(wo, ng);
+  const float threshold = std::min(.9f * iz, .01f);
+  if (2 * dot(n, wo) * dot(n, ng) - iz >= threshold) return n;
+  const Vec3 x = math::normalize(n - ng * dot(n, ng), Vec3(0));
+  if (math::is_black(x)) return ng;
+  const float ix = dot(wo, x);
+  const float a = ix * ix + iz * iz;
+  if (!(a > 0)) return ng;
+  const float cos_2t = (iz * threshold - ix * std::sqrt(std::max(0.f, a - threshold * threshold))) / a;
+  const float cos2 = math::saturate(.5f * (1 + cos_2t));
+  return math::normalize(x * std::sqrt(1 - cos2) + ng * std::sqrt(cos2), ng);
 }
 
 Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {

@@ -44,6 +44,10 @@ math::Vec3 origin(const Point& p, const math::Vec3& direction);
 // side.
 math::Vec3 offset(const math::Vec3& position, const math::Vec3& error, const math::Vec3& normal);
 
+// The shading normal `n` as it is seen from `wo`: bent towards the geometric normal `ng` where it could not
+// reflect. All world, unit, on wo's side.
+math::Vec3 bend_normal(const math::Vec3& ng, const math::Vec3& wo, const math::Vec3& n);
+
 // A material's factors, without textures and vertex colours.
 bsdf::Parameters plain(const scene::Material& material);
 
