@@ -6,17 +6,19 @@ namespace integrator {
 
 using math::Vec3;
 
-First first_of(const World& w, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays) {
+void find_first(const World& w, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays,
+                First& first) {
   accel::Hit hit;
   ++rays;
-  First first{ray, w.accel.closest(ray, key(w, sampler, 0), hit), {}, Vec3(0), {}};
+  first.ray = ray;
+  first.found = w.accel.closest(ray, key(w, sampler, 0), hit);
+  first.direction.reset();
   if (first.found) {
     first.point = w.surfaces.at(ray, hit);
     first.light = first.point.emission;
-  } else if (!w.hide_environment) {
-    first.light = w.lights.environment(ray.direction);
+  } else {
+    first.light = w.hide_environment ? Vec3(0) : w.lights.environment(ray.direction);
   }
-  return first;
 }
 
 Vec3 radiance(const World& w, const First& first, math::Sampler& sampler, std::uint64_t& rays, Parts* parts) {

@@ -38,7 +38,8 @@ struct First {
   // here.
   std::optional<math::Vec2> direction;
 };
-First first_of(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays);
+void find_first(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays,
+                First& first);
 
 // Radiance along a camera ray, taken apart by what the first surface did with the light: emission (of that
 // surface, or of the environment behind it all), then for each lobe of bsdf::eval_lobes what it reflects of

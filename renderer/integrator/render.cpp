@@ -215,6 +215,7 @@ struct Renderer::Impl {
                    std::span<image::Film> parts, std::uint64_t& traced) const {
     const size_t n = pixels.size();
     std::vector<math::Sampler> samplers;
+    samplers.reserve(n);
     for (const math::IVec2& at : pixels) samplers.push_back(sampler(x0 + at.x, y0 + at.y, replicate, 0));
     std::array<First, block_size> first;
     std::array<Reused, block_size> now, before;
@@ -227,7 +228,7 @@ struct Renderer::Impl {
       for (size_t k = 0; k < n; ++k) {
         samplers[k].set_index(static_cast<std::uint32_t>(sharing.rays + number));
         const math::Vec4 u = samplers[k].get(0);
-        first[k] = first_of(*world, camera_ray(x0 + pixels[k].x, y0 + pixels[k].y, u), samplers[k], traced);
+        find_first(*world, camera_ray(x0 + pixels[k].x, y0 + pixels[k].y, u), samplers[k], traced, first[k]);
         if (!sharing.technique) first[k].direction = {u.z, u.w};
       }
       std::uint64_t reconnections = 0;
@@ -261,7 +262,7 @@ struct Renderer::Impl {
           sums[k] = sum;
         }
         if ((i - start) % 2 == 1) reconnections = 0;
-        before = now;
+        if (spread) before = now;
       }
     }
   }
@@ -367,6 +368,7 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
       [&](int left, int top, std::uint64_t& traced) {
         const Technique technique = sharing.technique ? sharing.technique(left, top) : Technique();
         std::vector<math::IVec2> block;
+        block.reserve(block_size);
         for (int y = top; y < std::min(top + block_side, m.height); ++y)
           for (int x = left; x < std::min(left + block_side, m.width); ++x) block.emplace_back(x, y);
         const size_t together = technique.reuse && can_reuse ? block.size() : 1;

@@ -96,7 +96,8 @@ class ReuseTest : public testing::TestWithParam<bsdf::Model> {
       b.samplers.emplace_back(math::Sampler::Kind::random, 1, static_cast<int>(b.samplers.size()), 0, 0,
                               static_cast<std::uint32_t>(i));
       const Vec3 eye(.1f, 1.2f, 2);
-      b.first.push_back(first_of(world_, {eye, math::normalize(target - eye)}, b.samplers.back(), rays_));
+      b.first.emplace_back();
+      find_first(world_, {eye, math::normalize(target - eye)}, b.samplers.back(), rays_, b.first.back());
     }
     return b;
   }
