@@ -170,6 +170,40 @@ TEST(Adaptive, paths_share_camera_rays_where_it_is_the_paths_that_differ) {
     EXPECT_EQ((map.count(x, 5, map.level_of_mean(100)) - 2 * rays) % (4 * map.together(x, 5)), 0) << x;
 }
 
+// Shared light is a third as noisy to the left, nearly as noisy as it was to the right; a pair has 10 rays
+// and 4 more for reuse.
+TEST(Adaptive, paths_are_reused_where_that_is_worth_its_rays) {
+  const image::Film data(size, size, 1, image::Film::Holds::data);
+  const auto map = [&](float own, float rays) {
+    Spread spread{data, data};
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x) {
+        spread.pairs.add(x, y, 0, {1, 1, rays});
+        spread.reuse.add(x, y, 0, {own, x < size / 2 ? .3f : .9f, 1});
+      }
+    return ReuseMap(spread, 10);
+  };
+  const ReuseMap quiet = map(0, 4), noisy = map(20, 4), dear = map(0, 30), free = map(0, 0);
+  for (int y = 0; y < size; ++y)
+    for (const int x : {0, 1, 2, 9, size - 10, size - 2, size - 1}) {
+      const bool left = x < size / 2;
+      EXPECT_EQ(quiet.at(x, y), left);
+      EXPECT_FALSE(noisy.at(x, y));  // 4 to 1 with direct light
+      EXPECT_FALSE(dear.at(x, y));
+      EXPECT_TRUE(free.at(x, y));
+    }
+  // The other colour decides: noise of one colour alone is acted on by the other alone.
+  Spread spread{data, data};
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) {
+      spread.pairs.add(x, y, 0, {1, 1, 4});
+      spread.reuse.add(x, y, 0, {0, checkerboard(x, y) == 0 ? .3f : .9f, 1});
+    }
+  const ReuseMap other(spread, 10);
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x) EXPECT_EQ(other.at(x, y), checkerboard(x, y) == 1);
+}
+
 TEST(Adaptive, a_picture_without_noise_stays_with_its_pilot) {
   image::Film film(4, 4, replicates);
   for (int y = 0; y < 4; ++y)

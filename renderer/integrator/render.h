@@ -72,10 +72,10 @@ std::span<const std::string> part_names();
 // Pixels that may share paths: blocks of 2 x 2, or what of them is in the picture.
 inline constexpr int block_side = 2, block_size = block_side * block_side;
 
-// How samples, which are paths, are made.
+// How samples, which are paths, are made. Reuse is left out where some surface lets rays pass by chance.
 struct Technique {
   int together = 1;    // paths that go on from what one camera ray finds
-  bool reuse = false;  // the paths of a block share what they meet at their second surfaces
+  bool reuse = false;  // the paths of a block share what they meet at their second surfaces (reuse.h)
 };
 
 // Of each replicate the samples from number `from` on; those before had `rays` camera rays.
