@@ -51,8 +51,8 @@ void check_memory(const Options& options) {
   const double width = r.crop_width > 0 ? r.crop_width : r.width;
   const double height = r.crop_width > 0 ? r.crop_height : r.height;
   const bool adaptive = options["adaptive"];
-  const int of_the_pilot = (adaptive && r.replicates < integrator::enough_replicates ? 2 : 0) +
-                           (adaptive && r.spp / r.replicates >= fewest_for_pairs ? 2 : 0);
+  const int of_the_pilot =
+      (adaptive && r.replicates < integrator::enough_replicates ? 2 : 0) + (adaptive ? 2 : 0);
   const double gigabytes =
       width * height *
       (film_bytes * r.replicates * (films_of(options) + of_the_pilot) + (adaptive ? noise_map_bytes : 0)) /
@@ -179,30 +179,32 @@ Result run(Options& options, Stage& stage, Console& console) {
     base::fail("--adaptive: wanted a picture of more than 2 pixels in width or height, found ", film.width(),
                " x ", film.height());
   const bool few = adaptive && replicates < integrator::enough_replicates;
-  const int least = few ? 2 : 1;
+  const int least = few ? 3 : 1;
   int each = 0;
-  std::optional<integrator::Spread> spread;  // of the pilot's pairs
-  if (pairs) {
+  std::optional<integrator::Spread> spread;  // of the pilot's samples, two by two
+  if (adaptive) {
     const image::Film data(film.width(), film.height(), replicates, image::Film::Holds::data);
     spread.emplace(data, data);
   }
-  std::optional<integrator::ReuseMap> reuse;  // from the pilot's first quarter on; before, all do
-  // With few replicates: the film as it was at a quarter and half of the pilot, where passes end
-  // whatever the machine's speed, so that the counts do not depend on it. Under --time, which does not
-  // promise that, as it was before the last pass.
+  std::optional<integrator::ReuseMap> reuse;  // from the pilot's first mark on; before, all do
+  // The pilot has marks at a quarter and a half of it. With few replicates: the film as it was there, where
+  // passes end whatever the machine's speed, so that the counts do not depend on it. Under --time, which does
+  // not promise that, as it was before the last pass.
   std::vector<integrator::NoiseMap::Early> early;
   const bool timed = options.has("time");
   const int step = pairs ? 2 : 1;
-  const std::array<int, 2> marks = {everywhere / 4 / step * step, everywhere / 2 / step * step};
+  const int mark = std::max(2, everywhere / 4 / step * step);
+  const std::array<int, 2> marks = {mark, std::max(mark + step, everywhere / 2 / step * step)};
   const auto next_mark = [&](int samples) {
-    for (const int mark : marks)
-      if (mark > samples) return mark;
+    for (const int m : marks)
+      if (m > samples) return std::min(m, everywhere);
     return everywhere;
   };
   while (each < everywhere && !result.partial && (each < least || since(render_start) < until)) {
     const double elapsed = since(render_start);
-    int count =
-        each == 0 ? 1 : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
+    int count = each == 0
+                    ? std::min(adaptive ? 2 : 1, everywhere)
+                    : std::max(1, static_cast<int>(next_pass(each, everywhere, elapsed, until - elapsed)));
     if (few) {
       if (timed)
         early.clear();
@@ -210,19 +212,21 @@ Result run(Options& options, Stage& stage, Console& console) {
         count = std::min(count, next_mark(each) - each);
       if (each > 0 && (timed || each == marks[0] || each == marks[1])) early.push_back({film, each});
     }
-    if (pairs && each < marks[0]) count = std::min(count, marks[0] - each);
+    if (adaptive && each < mark) count = std::min(count, std::min(mark, everywhere) - each);
     count = (count + step - 1) / step * step;  // no pass parts a pair
     const int first = each;
     each += count;
     pass([first](int, int, int) { return first; }, [each](int, int, int) { return each; }, count * replicates,
          everywhere * replicates,
-         pairs ? integrator::Sharing{0, 0,
-                                     [&](int x, int y) {
-                                       return integrator::Technique{2, !reuse || reuse->at(x, y)};
-                                     }}
-               : integrator::Sharing{},
-         pairs ? &*spread : nullptr);
-    if (pairs && !reuse && each >= std::min(marks[0], everywhere))
+         adaptive
+             ? integrator::
+                   Sharing{0, 0,
+                           [&](int x, int y) {
+                             return integrator::Technique{step, reuse ? reuse->at(x, y) : everywhere >= mark};
+                           }}
+             : integrator::Sharing{},
+         adaptive ? &*spread : nullptr);
+    if (adaptive && !reuse && each >= mark)
       reuse.emplace(*spread, pair_rays(*spread, renderer.rays(), each / 2));
   }
 
@@ -256,12 +260,10 @@ Result run(Options& options, Stage& stage, Console& console) {
       level = plan.levels_of_mean(now);
       pass([&](int x, int y, int) { return plan.count(x, y, before); },
            [&](int x, int y, int) { return plan.count(x, y, level); }, count, total,
-           pairs ? integrator::
-                       Sharing{each, each / 2,
-                               [&](int x, int y) {
-                                 return integrator::Technique{plan.together(x, y), reuse && reuse->at(x, y)};
-                               }}
-                 : integrator::Sharing{},
+           {each, each / step,
+            [&](int x, int y) {
+              return integrator::Technique{plan.together(x, y), reuse && reuse->at(x, y)};
+            }},
            nullptr);
     }
   }

@@ -29,8 +29,8 @@ inline int checkerboard(int x, int y) { return (x / block_side + y / block_side)
 // Where reuse is worth its rays, as pixels of the other colour say.
 class ReuseMap {
  public:
-  // spread: of samples that were all made with reuse; pair_rays: of two of them that share a camera ray, on
-  // average, but for those of reuse.
+  // spread: of samples that were all made with reuse; pair_rays: of two of them, on average, but for those
+  // of reuse.
   ReuseMap(const Spread& spread, double pair_rays);
   bool at(int x, int y) const { return reuse_[index(x, y)]; }
 

@@ -221,6 +221,7 @@ struct Renderer::Impl {
     std::array<Reused, block_size> now, before;
     std::array<Vec3, block_size> sums;
     std::array<Parts, block_size> values;
+    std::uint64_t reconnections = 0;
     for (int i = begin; i < end;) {
       // Paths i and those that share its camera ray, which may have begun in an earlier call.
       const int number = (i - sharing.from) / technique.together;
@@ -229,10 +230,9 @@ struct Renderer::Impl {
         samplers[k].set_index(static_cast<std::uint32_t>(sharing.rays + number));
         const math::Vec4 u = samplers[k].get(0);
         find_first(*world, camera_ray(x0 + pixels[k].x, y0 + pixels[k].y, u), samplers[k], traced, first[k]);
-        if (!sharing.technique) first[k].direction = {u.z, u.w};
+        if (technique.together == 1) first[k].direction = {u.z, u.w};
       }
-      std::uint64_t reconnections = 0;
-      for (const int start = i; i < last; ++i) {
+      for (; i < last; ++i) {
         for (math::Sampler& s : samplers) s.set_index(static_cast<std::uint32_t>(i));
         const std::span<Parts> some = parts.empty() ? std::span<Parts>() : std::span(values).first(n);
         if (n == 1)
@@ -248,7 +248,7 @@ struct Renderer::Impl {
           film.add(x, y, replicate, sum);
           for (size_t part = 0; part < parts.size(); ++part)
             parts[part].add(x, y, replicate, values[k][part]);
-          if (spread && (i - start) % 2 == 1) {
+          if (spread && (i - begin) % 2 == 1) {
             const auto half_square = [](const Vec3& a, const Vec3& b) { return math::dot(a - b, a - b) / 2; };
             const Vec3 mean = (sum + sums[k]) * .5f;
             spread->pairs.add(x, y, replicate,
@@ -261,7 +261,7 @@ struct Renderer::Impl {
           }
           sums[k] = sum;
         }
-        if ((i - start) % 2 == 1) reconnections = 0;
+        if ((i - begin) % 2 == 1) reconnections = 0;
         if (spread) before = now;
       }
     }

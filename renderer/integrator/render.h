@@ -84,7 +84,7 @@ struct Sharing {
   std::function<Technique(int x, int y)> technique;  // the same for a whole block; none: Technique()
 };
 
-// How samples that share a camera ray two by two differ; both films hold data.
+// How samples differ two by two, those that share a camera ray if any do; both films hold data.
 struct Spread {
   // Half the square of their difference, the square of their mean, both summed over channels; rays of reuse.
   image::Film pairs;
