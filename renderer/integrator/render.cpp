@@ -209,18 +209,23 @@ struct Renderer::Impl {
       for (Vec3& part : *parts) part *= settings.clamp / length;
   }
 
-  // Adds samples from `begin` until `end` of a replicate of pixels: of one, or of a block that reuses paths.
-  void add_samples(image::Film& film, std::span<const math::IVec2> pixels, int replicate, int begin, int end,
-                   const Sharing& sharing, const Technique& technique, Spread* spread,
-                   std::span<image::Film> parts, std::uint64_t& traced) const {
-    const size_t n = pixels.size();
+  // What add_samples works with: made once for many pixels, because making it costs as much as a path.
+  struct Room {
     std::vector<math::Sampler> samplers;
-    samplers.reserve(n);
-    for (const math::IVec2& at : pixels) samplers.push_back(sampler(x0 + at.x, y0 + at.y, replicate, 0));
     std::array<First, block_size> first;
     std::array<Reused, block_size> now, before;
     std::array<Vec3, block_size> sums;
     std::array<Parts, block_size> values;
+  };
+
+  // Adds samples from `begin` until `end` of a replicate of pixels: of one, or of a block that reuses paths.
+  void add_samples(image::Film& film, std::span<const math::IVec2> pixels, int replicate, int begin, int end,
+                   const Sharing& sharing, const Technique& technique, Spread* spread,
+                   std::span<image::Film> parts, std::uint64_t& traced, Room& room) const {
+    const size_t n = pixels.size();
+    auto& [samplers, first, now, before, sums, values] = room;
+    samplers.clear();
+    for (const math::IVec2& at : pixels) samplers.push_back(sampler(x0 + at.x, y0 + at.y, replicate, 0));
     std::uint64_t reconnections = 0;
     for (int i = begin; i < end;) {
       // Paths i and those that share its camera ray, which may have begun in an earlier call.
@@ -236,8 +241,8 @@ struct Renderer::Impl {
         for (math::Sampler& s : samplers) s.set_index(static_cast<std::uint32_t>(i));
         const std::span<Parts> some = parts.empty() ? std::span<Parts>() : std::span(values).first(n);
         if (n == 1)
-          now[0].own =
-              radiance(*world, first[0], samplers[0], traced, parts.empty() ? nullptr : values.data());
+          now[0] = {radiance(*world, first[0], samplers[0], traced, parts.empty() ? nullptr : values.data()),
+                    Vec3(0), Vec3(0)};
         else
           reconnections +=
               radiance(*world, std::span(first).first(n), samplers, traced, std::span(now).first(n), some);
@@ -267,8 +272,8 @@ struct Renderer::Impl {
     }
   }
 
-  // Runs body(x, y) for every pixel of the crop, or for those of every `step`-th row and column, in tiles.
-  // False if stopped.
+  // Runs body(x, y, rays, room) for every pixel of the crop, or for those of every `step`-th row and column,
+  // in tiles. False if stopped.
   template <typename Body>
   bool for_each_pixel(const Body& body, const Progress& progress = {},
                       const std::atomic<bool>* stop = nullptr, int step = 1) const {
@@ -282,6 +287,7 @@ struct Renderer::Impl {
           tbb::blocked_range<int>(0, columns * rows, 1),
           [&](const tbb::blocked_range<int>& range) {
             const FlushDenormals flush;
+            Room room;
             const auto report = [&] {
               if (stop && *stop) stopped = true;
               const std::unique_lock lock(mutex, std::try_to_lock);
@@ -304,7 +310,7 @@ struct Renderer::Impl {
                     rays += traced;
                     return;
                   }
-                  body(x, y, traced);
+                  body(x, y, traced, room);
                   if (traced < rays_between_reports) continue;
                   rays += std::exchange(traced, 0);
                   report();
@@ -353,7 +359,7 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
   if (!traces_paths(shader)) {
     if (!parts.empty()) base::fail("--layers lobes: wanted a --shader that traces paths, found another");
     return m.for_each_pixel(
-        [&](int x, int y, std::uint64_t& traced) {
+        [&](int x, int y, std::uint64_t& traced, Impl::Room&) {
           for (int r = 0; r < m.settings.replicates; ++r)
             for (int i = done(x, y, r), end = wanted(x, y, r); i < end; ++i) {
               math::Sampler sampler = m.sampler(m.x0 + x, m.y0 + y, r, i);
@@ -365,17 +371,17 @@ bool Renderer::render(image::Film& film, const Counts& done, const Counts& wante
   }
   const bool can_reuse = !m.world->blended;
   return m.for_each_pixel(
-      [&](int left, int top, std::uint64_t& traced) {
+      [&](int left, int top, std::uint64_t& traced, Impl::Room& room) {
         const Technique technique = sharing.technique ? sharing.technique(left, top) : Technique();
-        std::vector<math::IVec2> block;
-        block.reserve(block_size);
+        std::array<math::IVec2, block_size> block;
+        size_t n = 0;
         for (int y = top; y < std::min(top + block_side, m.height); ++y)
-          for (int x = left; x < std::min(left + block_side, m.width); ++x) block.emplace_back(x, y);
-        const size_t together = technique.reuse && can_reuse ? block.size() : 1;
-        for (size_t k = 0; k < block.size(); k += together)
+          for (int x = left; x < std::min(left + block_side, m.width); ++x) block[n++] = {x, y};
+        const size_t together = technique.reuse && can_reuse ? n : 1;
+        for (size_t k = 0; k < n; k += together)
           for (int r = 0; r < m.settings.replicates; ++r)
             m.add_samples(film, std::span(block).subspan(k, together), r, done(block[k].x, block[k].y, r),
-                          wanted(block[k].x, block[k].y, r), sharing, technique, spread, parts, traced);
+                          wanted(block[k].x, block[k].y, r), sharing, technique, spread, parts, traced, room);
       },
       progress, stop, block_side);
 }
@@ -397,7 +403,7 @@ std::span<const std::string> part_names() {
 image::Image Renderer::first_hit(Shader shader, bool depth) const {
   const Impl& m = *impl_;
   image::Image result(m.width, m.height);
-  m.for_each_pixel([&](int x, int y, std::uint64_t& traced) {
+  m.for_each_pixel([&](int x, int y, std::uint64_t& traced, Impl::Room&) {
     const accel::Ray ray =
         m.camera.ray(static_cast<float>(m.x0 + x) + .5f, static_cast<float>(m.y0 + y) + .5f);
     math::Sampler sampler(math::Sampler::Kind::random, m.settings.seed, x, y, 0, 0);
