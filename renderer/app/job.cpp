@@ -105,16 +105,6 @@ const scene::Scene& Stage::prepare(Options& options) {
   return scene_;
 }
 
-// The mean of `pairs` per pixel and replicate, without those of reuse.
-double pair_rays(const integrator::Spread& spread, std::uint64_t rays, int pairs) {
-  const image::Film& film = spread.pairs;
-  double of_reuse = 0;
-  for (int y = 0; y < film.height(); ++y)
-    for (int x = 0; x < film.width(); ++x) of_reuse += static_cast<double>(film.mean(x, y).z);
-  const double pixels = static_cast<double>(film.width()) * film.height();
-  return (static_cast<double>(rays) / (film.replicates() * pairs) - of_reuse) / pixels;
-}
-
 Result run(Options& options, Stage& stage, Console& console) {
   const Clock::time_point start = Clock::now();
   Result result;
@@ -226,8 +216,7 @@ Result run(Options& options, Stage& stage, Console& console) {
                            }}
              : integrator::Sharing{},
          adaptive ? &*spread : nullptr);
-    if (adaptive && !reuse && each >= mark)
-      reuse.emplace(*spread, pair_rays(*spread, renderer.rays(), each / 2));
+    if (adaptive && !reuse && each >= mark) reuse.emplace(*spread, renderer.rays());
   }
 
   // The rest where the pixels of the other colour find noise.

@@ -56,19 +56,27 @@ std::vector<double> wide(const std::vector<double>& v, int width, int height) {
 
 }  // namespace
 
-ReuseMap::ReuseMap(const Spread& spread, double pair_rays)
+ReuseMap::ReuseMap(const Spread& spread, std::uint64_t rays)
     : width_(spread.pairs.width()),
       reuse_(static_cast<size_t>(width_) * static_cast<size_t>(spread.pairs.height())) {
   const int height = spread.pairs.height();
+  double pairs = 0, of_reuse = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const auto n = static_cast<double>(spread.pairs.samples(x, y));
+      pairs += n;
+      of_reuse += n * static_cast<double>(spread.pairs.mean(x, y).z);
+    }
+  const double pair_rays = (static_cast<double>(rays) - of_reuse) / pairs;  // without those of reuse
   for (const int color : {0, 1}) {
     std::vector<double> with, without, rays_with, rays_without;
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width_; ++x) {
         const bool counts = checkerboard(x, y) == color;
-        const glm::dvec3 pairs(spread.pairs.mean(x, y)), reuse(spread.reuse.mean(x, y));
+        const glm::dvec3 reuse(spread.reuse.mean(x, y));
         with.push_back(counts ? reuse.x / stratified_direct + reuse.y : 0);
         without.push_back(counts ? reuse.x / stratified_direct + reuse.z : 0);
-        rays_with.push_back(counts ? pair_rays + pairs.z : 0);
+        rays_with.push_back(counts ? pair_rays + static_cast<double>(spread.pairs.mean(x, y).z) : 0);
         rays_without.push_back(counts ? pair_rays : 0);
       }
     for (std::vector<double>* v : {&with, &without, &rays_with, &rays_without}) *v = wide(*v, width_, height);

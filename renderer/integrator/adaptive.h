@@ -29,9 +29,8 @@ inline int checkerboard(int x, int y) { return (x / block_side + y / block_side)
 // Where reuse is worth its rays, as pixels of the other colour say.
 class ReuseMap {
  public:
-  // spread: of samples that were all made with reuse; pair_rays: of two of them, on average, but for those
-  // of reuse.
-  ReuseMap(const Spread& spread, double pair_rays);
+  // spread: of samples that were all made with reuse; rays: of all of them.
+  ReuseMap(const Spread& spread, std::uint64_t rays);
   bool at(int x, int y) const { return reuse_[index(x, y)]; }
 
  private:

@@ -181,7 +181,7 @@ TEST(Adaptive, paths_are_reused_where_that_is_worth_its_rays) {
         spread.pairs.add(x, y, 0, {1, 1, rays});
         spread.reuse.add(x, y, 0, {own, x < size / 2 ? .3f : .9f, 1});
       }
-    return ReuseMap(spread, 10);
+    return ReuseMap(spread, static_cast<std::uint64_t>(10 + rays) * size * size);
   };
   const ReuseMap quiet = map(0, 4), noisy = map(20, 4), dear = map(0, 30), free = map(0, 0);
   for (int y = 0; y < size; ++y)
@@ -199,7 +199,7 @@ TEST(Adaptive, paths_are_reused_where_that_is_worth_its_rays) {
       spread.pairs.add(x, y, 0, {1, 1, 4});
       spread.reuse.add(x, y, 0, {0, checkerboard(x, y) == 0 ? .3f : .9f, 1});
     }
-  const ReuseMap other(spread, 10);
+  const ReuseMap other(spread, 14 * size * size);
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) EXPECT_EQ(other.at(x, y), checkerboard(x, y) == 1);
 }

@@ -38,6 +38,7 @@ struct First {
   // here.
   std::optional<math::Vec2> direction;
 };
+// Sets `first`, but for its direction. `rays` is increased by the ray traced.
 void find_first(const World& world, const accel::Ray& ray, const math::Sampler& sampler, std::uint64_t& rays,
                 First& first);
 

@@ -209,7 +209,8 @@ struct Renderer::Impl {
       for (Vec3& part : *parts) part *= settings.clamp / length;
   }
 
-  // What add_samples works with: made once for many pixels, because making it costs as much as a path.
+  // What add_samples works with, made once for a tile: made anew for each pixel and pass it took 2 to 3 % of
+  // the instructions of a picture of few samples.
   struct Room {
     std::vector<math::Sampler> samplers;
     std::array<First, block_size> first;
