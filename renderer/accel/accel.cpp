@@ -149,7 +149,7 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
   m.scene = rtcNewScene(m.device);
   Impl::configure(m.scene);
 
-  std::vector<int> uses(scene.meshes.size(), 0);
+  std::vector<size_t> uses(scene.meshes.size(), 0);
   std::vector<char> mesh_filtered(scene.meshes.size(), 0);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const auto mesh = static_cast<size_t>(scene.instances[i].mesh);
@@ -162,8 +162,10 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
     const scene::Instance& instance = scene.instances[i];
     const auto mesh = static_cast<size_t>(instance.mesh);
     const Filter* f = mesh_filtered[mesh] ? &m.filter : nullptr;
-    const float limit = uses[mesh] == 1 ? 0 : limit_of(instance.to_world);
-    if (limit == 0) {  // placed directly: used once, or no way into its space
+    const bool copied =
+        uses[mesh] == 1 || uses[mesh] * scene.meshes[mesh].triangles.size() <= scene::copied_triangles;
+    const float limit = copied ? 0 : limit_of(instance.to_world);
+    if (limit == 0) {  // placed directly: used once, small, or no way into its space
       m.geometries[i] = {static_cast<int>(i), f};
       m.attach(m.scene, m.triangles(scene.meshes[mesh], instance.to_world, &m.geometries[i]),
                static_cast<int>(i));

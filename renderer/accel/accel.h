@@ -30,7 +30,8 @@ using Filter = std::function<bool(const Ray&, const Hit&, std::uint32_t key)>;
 
 class Accel {
  public:
-  // Builds over all instances. A mesh used once is placed directly, a shared mesh is an Embree instance.
+  // Builds over all instances. A mesh used once or of few triangles (scene::copied_triangles) is placed
+  // directly, others are Embree instances.
   // `filtered[i]` says whether instance i's hits must pass `filter` (empty: none). Triangles with an index
   // out of range or a non-finite vertex must have been removed by the loader.
   Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool>& filtered, Filter filter);

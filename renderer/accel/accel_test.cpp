@@ -119,8 +119,9 @@ TEST(Guard, lets_no_ray_through_that_embree_would_abort_at) {
 int hits_through_instances(int& queries, int& good) {
   int hits = 0;
   for (const float scale : {0.f, 1e-38f, 1e-30f, 1e-18f, 1e-13f, 1e-11f, 1e-6f, 1e-3f, 1e3f, 1e15f}) {
-    scene::Scene s = of(sphere(8, Vec3(0)));
+    scene::Scene s = of(sphere(20, Vec3(0)));
     s.instances.resize(3, {0});
+    EXPECT_GT(3 * s.meshes[0].triangles.size(), scene::copied_triangles);
     s.instances[1].to_world = math::Mat4(1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1, 0, 50, 0, 0, 1);
     s.instances[2].to_world = math::Mat4(scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, 1e15f, 0, 1e12f, 1);
     const Accel accel(s, false, {}, {});
@@ -150,6 +151,44 @@ TEST(Guard, lets_no_ray_into_an_instance_that_embree_would_abort_at) {
   EXPECT_EQ(hits_through_instances(queries, good), good);
   RecordProperty("measured",
                  std::to_string(queries) + " queries through instances scaled by 0 to 1e15, 0 aborts");
+}
+
+// What rays through the middle find of a mesh placed three times, turned, mirrored and sheared: `whole`, or
+// as three meshes of their own.
+std::vector<Hit> hits_of_three(const scene::Mesh& mesh, bool whole) {
+  scene::Scene s = of(mesh);
+  s.instances.resize(3, {0});
+  s.instances[1].to_world = math::Mat4(0, 1, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 1, .5f, -.2f, 1);
+  s.instances[2].to_world = math::Mat4(.5f, .2f, 0, 0, 0, .8f, 0, 0, .3f, 0, -1.2f, 0, -1.5f, 0, .4f, 1);
+  if (!whole) {
+    s.meshes.assign(3, s.meshes[0]);
+    for (int i = 0; i < 3; ++i) s.instances[static_cast<size_t>(i)].mesh = i;
+  }
+  const Accel accel(s, false, {}, {});
+  std::vector<Hit> hits(20'000);
+  for (size_t i = 0; i < hits.size(); ++i) {
+    const math::Vec4 u = random(static_cast<std::uint32_t>(i)), v = random(~static_cast<std::uint32_t>(i));
+    const Vec3 from = direction(u) * 9.f, to = direction(v) * 2.f;
+    accel.closest({from, to - from}, 0, hits[i]);
+  }
+  return hits;
+}
+
+// Of few triangles, which are copied, and of many, which are not. Where two surfaces are as far or a ray
+// meets an edge, the rounding of Embree's own transform may choose another triangle.
+TEST(Instances, are_hit_as_meshes_of_their_own_are) {
+  for (const int n : {8, 20}) {
+    const scene::Mesh mesh = sphere(n, Vec3(.2f, 0, 0));
+    EXPECT_EQ(3 * mesh.triangles.size() > scene::copied_triangles, n == 20);
+    const std::vector<Hit> shared = hits_of_three(mesh, true), own = hits_of_three(mesh, false);
+    int different = 0, found[3] = {};
+    for (size_t i = 0; i < shared.size(); ++i) {
+      different += shared[i].instance != own[i].instance || shared[i].triangle != own[i].triangle;
+      if (own[i].instance >= 0) ++found[own[i].instance];
+    }
+    for (const int count : found) EXPECT_GT(count, 1000) << n;
+    EXPECT_LE(different, n == 20 ? 10 : 0) << n;
+  }
 }
 
 struct Misses {

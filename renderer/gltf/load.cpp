@@ -56,6 +56,7 @@ class Loader {
     for (size_t i = 0; i < document_.materials.size(); ++i)
       out_.materials.push_back(read_material(source_, i));
     for (const int root : document_.roots) visit(static_cast<size_t>(root), DMat4(1));
+    take_copies();
     check_texcoords();
     read_environment();
   }
@@ -195,6 +196,17 @@ class Loader {
       light.cos_outer = static_cast<float>(std::cos(outer));
     }
     out_.lights.push_back(light);
+  }
+
+  // What Embree is given more than once.
+  void take_copies() {
+    std::vector<size_t> uses(out_.meshes.size(), 0);
+    for (const scene::Instance& i : out_.instances) ++uses[static_cast<size_t>(i.mesh)];
+    for (size_t m = 0; m < uses.size(); ++m)
+      if (const size_t triangles = uses[m] * out_.meshes[m].triangles.size();
+          uses[m] > 1 && triangles <= scene::copied_triangles)
+        document_.take("the copies of mesh " + out_.meshes[m].name,
+                       triangles - out_.meshes[m].triangles.size(), triangle_bytes);
   }
 
   void check_texcoords() {
