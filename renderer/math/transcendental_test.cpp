@@ -23,6 +23,12 @@ std::vector<double> geometric(double a, double b, int n) {
   return points;
 }
 
+// Whether no float is nearer.
+bool half_ulp(float ours, double wanted) {
+  const float next = std::nextafter(ours, wanted > ours ? 3e38f : -3e38f);
+  return std::fabs(ours - wanted) <= std::fabs(next - wanted) * (1 + 1e-6);
+}
+
 double worst_relative_error(const std::vector<double>& points, const std::function<double(double)>& ours,
                             const std::function<long double(long double)>& reference) {
   double worst = 0;
@@ -157,10 +163,6 @@ TEST(Transcendental, AcosIsRightUpToItsEndsAndClampsBeyondThem) {
 }
 
 TEST(Transcendental, FloatVersionsErrByAtMostHalfAnUlp) {
-  const auto half_ulp = [](float ours, double wanted) {
-    const float next = std::nextafter(ours, wanted > ours ? 3e38f : -3e38f);
-    return std::fabs(ours - wanted) <= std::fabs(next - wanted) * (1 + 1e-6);
-  };
   for (int i = 1; i < 200000; ++i) {
     const float x = static_cast<float>(i) * 1e-4f, unit = static_cast<float>(i) / 200000;
     float s = 0, c = 0;
@@ -172,6 +174,15 @@ TEST(Transcendental, FloatVersionsErrByAtMostHalfAnUlp) {
     EXPECT_TRUE(half_ulp(math::acos(unit), std::acos(double{unit}))) << unit;
     EXPECT_TRUE(half_ulp(math::atan2(unit, -.3f), std::atan2(double{unit}, double{-.3f}))) << unit;
   }
+}
+
+// Its power is not pow()'s, and no worse.
+TEST(Transcendental, SrgbIsDecodedToTheNearestFloat) {
+  const auto curve = [](float x) { return std::pow((double{x} + .055) / 1.055, 2.4); };
+  for (float x = .04046f; x <= 1; x = std::nextafter(x + 1e-6f, 2.f))
+    ASSERT_TRUE(half_ulp(math::srgb_to_linear(x), curve(x))) << x;
+  EXPECT_EQ(math::srgb_to_linear(1), 1);
+  EXPECT_NEAR(math::srgb_to_linear(1.005f), curve(1.005f), 1e-7);  // what rounding may leave above 1
 }
 
 // The reason these functions exist: the same bits from every compiler. The number was printed by g++ 12 at

@@ -88,6 +88,9 @@ Surfaces::Surfaces(const scene::Scene& scene, bsdf::Model model)
     place.normal_to_world = Mat3(cross(b, c) * sign, cross(c, a) * sign, cross(a, b) * sign);
     places_.push_back(place);
   }
+  for (const scene::Material& m : scene.materials)
+    aligned_.push_back({textures_.aligned(m.base_color_texture, m.metallic_roughness_texture),
+                        textures_.aligned(m.base_color_texture, m.normal_texture)});
 }
 
 std::vector<bool> Surfaces::filtered() const {
@@ -256,12 +259,15 @@ Point Surfaces::at(const accel::Ray& ray, const accel::Hit& hit) const {
   const Vec3 b = barycentric(ray, world, hit);
   // Textures' texels are called for here and read below.
   Textures::Place base_color, metallic_roughness, bumps;
-  const auto find = [&](const scene::Texture& texture, Textures::Place& place) {
-    if (texture.bitmap >= 0) place = textures_.find(texture, texcoord(mesh, t, b, texture));
+  const auto find = [&](const scene::Texture& texture, bool aligned, Textures::Place& place) {
+    if (texture.bitmap < 0) return;
+    place = aligned ? textures_.moved(base_color, m.base_color_texture, texture)
+                    : textures_.find(texture, texcoord(mesh, t, b, texture));
   };
-  find(m.base_color_texture, base_color);
-  find(m.metallic_roughness_texture, metallic_roughness);
-  find(m.normal_texture, bumps);
+  const Aligned& aligned = aligned_[static_cast<size_t>(mesh.material)];
+  find(m.base_color_texture, false, base_color);
+  find(m.metallic_roughness_texture, aligned.metallic_roughness, metallic_roughness);
+  find(m.normal_texture, aligned.normal, bumps);
   p.position = world.p0 * b.x + world.p1 * b.y + world.p2 * b.z;
   p.error = error(instance, place, mesh, t, b);
   p.distance = static_cast<float>(dot(DVec3(p.position) - DVec3(ray.origin), DVec3(ray.direction)));

@@ -80,6 +80,9 @@ class Surfaces {
     bool flipped = false;              // negative determinant: the front is on the other side of the winding
     math::Mat3 normal_to_world{1.0f};  // inverse transpose
   };
+  struct Aligned {  // of a material's textures with that of its base colour
+    bool metallic_roughness, normal;
+  };
   static math::Vec3 error(const scene::Instance& instance, const Place& place, const scene::Mesh& mesh,
                           const math::UVec3& t, const math::Vec3& barycentric);
   math::Vec3 tangent(const scene::Mesh& mesh, const scene::Instance& instance, const math::UVec3& t,
@@ -91,6 +94,7 @@ class Surfaces {
   const scene::Scene& scene_;
   Textures textures_;
   std::vector<Place> places_;
+  std::vector<Aligned> aligned_;  // of each material
 };
 
 }  // namespace surface

@@ -73,6 +73,24 @@ Textures::Place Textures::find(const scene::Texture& t, const Vec2& uv) const {
       {upper + i, upper + i1, lower + i, lower + i1}, x - static_cast<float>(fx), y - static_cast<float>(fy)};
 }
 
+bool Textures::aligned(const scene::Texture& one, const scene::Texture& other) const {
+  if (one.bitmap < 0 || other.bitmap < 0) return false;
+  const scene::EncodedBitmap &a = scene_.bitmaps[static_cast<size_t>(one.bitmap)],
+                             &b = scene_.bitmaps[static_cast<size_t>(other.bitmap)];
+  scene::Texture same = other;
+  same.bitmap = one.bitmap;
+  return same == one && a.width == b.width && a.height == b.height;
+}
+
+Textures::Place Textures::moved(Place place, const scene::Texture& from, const scene::Texture& to) const {
+  const math::U16Vec4 *a = scene_.bitmaps[static_cast<size_t>(from.bitmap)].texels.data(),
+                      *b = scene_.bitmaps[static_cast<size_t>(to.bitmap)].texels.data();
+  for (const math::U16Vec4*& texel : place.texels) texel = b + (texel - a);
+  __builtin_prefetch(place.texels[0]);
+  __builtin_prefetch(place.texels[2]);
+  return place;
+}
+
 Vec4 Textures::lookup(const Place& p, bool srgb) const {
   // Texels as they are interpolated: codes, or colours already decoded with alpha a code.
   const bool decoded = srgb && !filter_encoded_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -46,6 +47,37 @@ TEST(Lookup, is_defined_at_every_texture_coordinate) {
           }
   }
   RecordProperty("measured", std::to_string(lookups) + " values, all in [0, 1]");
+}
+
+TEST(Lookup, of_aligned_textures_moves_from_one_to_the_other) {
+  scene::Scene s = checker();
+  s.bitmaps.push_back(s.bitmaps[0]);
+  s.bitmaps.push_back(s.bitmaps[0]);
+  std::reverse(s.bitmaps[1].texels.begin(), s.bitmaps[1].texels.end());
+  std::swap(s.bitmaps[2].width, s.bitmaps[2].height);
+  const Textures textures(s, true);
+  scene::Texture one;
+  one.bitmap = 0, one.a = 1.7f, one.c = .3f, one.wrap_v = scene::Wrap::mirror;
+  scene::Texture other = one;
+  other.bitmap = 1;
+  ASSERT_TRUE(textures.aligned(one, other));
+  for (int i = 0; i < 100; ++i) {
+    const Vec2 uv(static_cast<float>(i) * .37f - 9, static_cast<float>(i) * .61f - 20);
+    const Vec4 there = textures.data(textures.moved(textures.find(one, uv), one, other));
+    EXPECT_EQ(there, textures.data(other, uv)) << i;
+    EXPECT_NE(there, textures.data(one, uv)) << i;
+  }
+  for (const auto& change :
+       {+[](scene::Texture& t) { t.bitmap = -1; }, +[](scene::Texture& t) { t.bitmap = 2; },
+        +[](scene::Texture& t) { t.texcoord_set = 1; },
+        +[](scene::Texture& t) { t.wrap_u = scene::Wrap::clamp; },
+        +[](scene::Texture& t) { t.filter = scene::Filter::nearest; },
+        +[](scene::Texture& t) { t.f = .01f; }}) {
+    scene::Texture changed = other;
+    change(changed);
+    EXPECT_FALSE(textures.aligned(one, changed));
+    EXPECT_FALSE(textures.aligned(changed, one));
+  }
 }
 
 TEST(Lookup, finds_texel_centres_exactly_and_wraps_as_glTF_says) {
