@@ -29,20 +29,26 @@ constexpr int group = 4;
 
 // Means over 5 x 5 pixels.
 std::vector<double> smoothed(const std::vector<double>& v, int width, int height) {
-  constexpr double kernel[5] = {1. / 9, 2. / 9, 3. / 9, 2. / 9, 1. / 9};
-  std::vector<double> once(v.size()), twice(v.size());
-  const auto at = [&](const std::vector<double>& from, int x, int y) {
-    return from[static_cast<size_t>(std::clamp(y, 0, height - 1)) * static_cast<size_t>(width) +
-                static_cast<size_t>(std::clamp(x, 0, width - 1))];
+  const auto mean = [](double a, double b, double c, double d, double e) {
+    return a * (1. / 9) + b * (2. / 9) + c * (3. / 9) + d * (2. / 9) + e * (1. / 9);
   };
-  size_t i = 0;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x, ++i)
-      for (int k = -2; k <= 2; ++k) once[i] += kernel[k + 2] * at(v, x + k, y);
-  i = 0;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x, ++i)
-      for (int k = -2; k <= 2; ++k) twice[i] += kernel[k + 2] * at(once, x, y + k);
+  std::vector<double> once(v.size()), twice(v.size());
+  for (int y = 0; y < height; ++y) {
+    const double* from = v.data() + static_cast<ptrdiff_t>(y) * width;
+    double* to = once.data() + static_cast<ptrdiff_t>(y) * width;
+    const auto at = [&](int x) { return from[std::clamp(x, 0, width - 1)]; };
+    for (int x = 0; x < width; ++x)
+      to[x] = x >= 2 && x + 2 < width ? mean(from[x - 2], from[x - 1], from[x], from[x + 1], from[x + 2])
+                                      : mean(at(x - 2), at(x - 1), at(x), at(x + 1), at(x + 2));
+  }
+  for (int y = 0; y < height; ++y) {
+    const auto row = [&](int j) {
+      return once.data() + static_cast<ptrdiff_t>(std::clamp(j, 0, height - 1)) * width;
+    };
+    const double *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1), *e = row(y + 2);
+    double* to = twice.data() + static_cast<ptrdiff_t>(y) * width;
+    for (int x = 0; x < width; ++x) to[x] = mean(a[x], b[x], c[x], d[x], e[x]);
+  }
   return twice;
 }
 
@@ -176,16 +182,22 @@ int NoiseMap::count(int x, int y, double level) const {
 }
 
 double NoiseMap::mean_count(double level) const {
-  double sum = 0;
-  for (const double n : need_) sum += std::max(static_cast<double>(pilot_), level * n);
-  return sum / static_cast<double>(need_.size());
+  const double pilot = pilot_;
+  const auto count = [&](size_t i) { return std::max(pilot, level * need_[i]); };
+  // Four sums: one would wait for itself.
+  double sum[4] = {};
+  size_t i = 0;
+  for (; i + 4 <= need_.size(); i += 4)
+    sum[0] += count(i), sum[1] += count(i + 1), sum[2] += count(i + 2), sum[3] += count(i + 3);
+  for (; i < need_.size(); ++i) sum[0] += count(i);
+  return (sum[0] + sum[1] + sum[2] + sum[3]) / static_cast<double>(need_.size());
 }
 
 double NoiseMap::level_of_mean(double samples) const {
   double low = 0, high = 1;
   if (*std::max_element(need_.begin(), need_.end()) <= 0) return 0;  // nothing to gain anywhere
   while (mean_count(high) < samples && high < 1e30) low = high, high *= 2;
-  for (int step = 0; step < 60; ++step) {
+  while (high - low > 1e-9 * high) {
     const double middle = (low + high) / 2;
     (mean_count(middle) < samples ? low : high) = middle;
   }

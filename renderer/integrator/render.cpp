@@ -26,7 +26,7 @@ namespace {
 
 using math::Vec3;
 
-constexpr int tile_size = 16;
+constexpr int tile_size = 8;
 static_assert(tile_size % block_side == 0);
 
 // Within a tile of many samples: some hundredths of a second.
