@@ -197,7 +197,7 @@ double NoiseMap::level_of_mean(double samples) const {
   double low = 0, high = 1;
   if (*std::max_element(need_.begin(), need_.end()) <= 0) return 0;  // nothing to gain anywhere
   while (mean_count(high) < samples && high < 1e30) low = high, high *= 2;
-  while (high - low > 1e-9 * high) {
+  for (int step = 0; step < 60 && high - low > 1e-9 * high; ++step) {
     const double middle = (low + high) / 2;
     (mean_count(middle) < samples ? low : high) = middle;
   }

@@ -94,7 +94,7 @@ class Surfaces {
   const scene::Scene& scene_;
   Textures textures_;
   std::vector<Place> places_;
-  std::vector<Aligned> aligned_;  // of each material
+  std::vector<Aligned> aligned_;  // of each material, whose textures stay while other things are edited
 };
 
 }  // namespace surface

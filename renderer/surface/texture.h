@@ -21,7 +21,7 @@ class Textures {
   };
   Place find(const scene::Texture& texture, const math::Vec2& uv) const;
   // Whether both are looked up in the same rows and columns. What find() says of one is then moved to the
-  // other for a tenth of its cost: most materials' textures are aligned.
+  // other for less: most materials' textures are aligned.
   bool aligned(const scene::Texture& one, const scene::Texture& other) const;
   Place moved(Place place, const scene::Texture& from, const scene::Texture& to) const;
 
