@@ -149,11 +149,10 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
   m.scene = rtcNewScene(m.device);
   Impl::configure(m.scene);
 
-  std::vector<size_t> uses(scene.meshes.size(), 0);
+  const std::vector<size_t> copies = scene::copies(scene);
   std::vector<char> mesh_filtered(scene.meshes.size(), 0);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const auto mesh = static_cast<size_t>(scene.instances[i].mesh);
-    ++uses[mesh];
     if (!filtered.empty() && filtered[i]) mesh_filtered[mesh] = 1;
   }
   m.shared.resize(scene.meshes.size(), nullptr);
@@ -162,10 +161,8 @@ Accel::Accel(const scene::Scene& scene, bool fastest_isa, const std::vector<bool
     const scene::Instance& instance = scene.instances[i];
     const auto mesh = static_cast<size_t>(instance.mesh);
     const Filter* f = mesh_filtered[mesh] ? &m.filter : nullptr;
-    const bool copied =
-        uses[mesh] == 1 || uses[mesh] * scene.meshes[mesh].triangles.size() <= scene::copied_triangles;
-    const float limit = copied ? 0 : limit_of(instance.to_world);
-    if (limit == 0) {  // placed directly: used once, small, or no way into its space
+    const float limit = copies[mesh] > 0 ? 0 : limit_of(instance.to_world);
+    if (limit == 0) {  // placed directly: so it should be, or there is no way into its space
       m.geometries[i] = {static_cast<int>(i), f};
       m.attach(m.scene, m.triangles(scene.meshes[mesh], instance.to_world, &m.geometries[i]),
                static_cast<int>(i));

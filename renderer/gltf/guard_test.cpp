@@ -302,6 +302,35 @@ TEST(Guard, takes_as_many_levels_of_nodes_as_it_says_and_no_more) {
   }
 }
 
+// The least memory with which a mesh of 64 triangles can be placed so many times.
+std::uint64_t memory_for(int instances) {
+  File f = triangle();
+  Bytes indices;
+  for (int i = 0; i < 64; ++i) append<std::uint16_t>(indices, {0, 1, 2});
+  json& accessor = f.root["accessors"][1];
+  accessor["bufferView"] = f.view(indices), accessor["count"] = 3 * 64;
+  for (int i = 1; i < instances; ++i) {
+    f.root["nodes"].push_back(f.root["nodes"][0]);
+    f.root["scenes"][0]["nodes"].push_back(i);
+  }
+  std::uint64_t low = 0, high = 1'000'000'000;
+  while (high - low > 1) {
+    Options options;
+    options.limits.memory = (low + high) / 2;
+    (complaint(f, options).empty() ? high : low) = options.limits.memory;
+  }
+  return high;
+}
+
+// Up to 4,096 triangles are copied for each instance, 120 bytes each; more are built once and shared.
+TEST(Guard, counts_the_copies_of_small_meshes) {
+  const auto more = [](int instances) {
+    return static_cast<double>(memory_for(instances)) - static_cast<double>(memory_for(instances - 1));
+  };
+  EXPECT_NEAR(more(64) - more(63), 0, 100);
+  EXPECT_NEAR(more(64) - more(65), 64 * 64 * 120, 100);
+}
+
 TEST(Guard, keeps_to_its_limits) {
   Options options;
   const auto refused = [&](const std::string& place) {

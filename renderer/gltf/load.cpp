@@ -200,13 +200,11 @@ class Loader {
 
   // What Embree is given more than once.
   void take_copies() {
-    std::vector<size_t> uses(out_.meshes.size(), 0);
-    for (const scene::Instance& i : out_.instances) ++uses[static_cast<size_t>(i.mesh)];
-    for (size_t m = 0; m < uses.size(); ++m)
-      if (const size_t triangles = uses[m] * out_.meshes[m].triangles.size();
-          uses[m] > 1 && triangles <= scene::copied_triangles)
-        document_.take("the copies of mesh " + out_.meshes[m].name,
-                       triangles - out_.meshes[m].triangles.size(), triangle_bytes);
+    const std::vector<size_t> copies = scene::copies(out_);
+    for (size_t m = 0; m < copies.size(); ++m)
+      if (copies[m] > 1)
+        document_.take("copies of mesh " + out_.meshes[m].name,
+                       (copies[m] - 1) * out_.meshes[m].triangles.size(), triangle_bytes);
   }
 
   void check_texcoords() {

@@ -1,6 +1,6 @@
-// The scene as plain data, addressed by index. Filled by gltf/, read by everything after it; no behaviour.
-// World space is glTF's: right-handed, +y up, metres. Angles in radians. Colours and radiances linear
-// Rec.709.
+// The scene as plain data, addressed by index. Filled by gltf/, read by everything after it; next to no
+// behaviour. World space is glTF's: right-handed, +y up, metres. Angles in radians. Colours and radiances
+// linear Rec.709.
 #pragma once
 
 #include <cstddef>
@@ -88,11 +88,6 @@ struct Mesh {  // one glTF primitive, as indexed triangles, in object space
   int material = 0;                      // index into Scene::materials
 };
 
-// A mesh whose instances have no more triangles together stands in the acceleration structure once for each
-// of them. A ray that enters an instance begins a tree of its own, which costs up to a fifth of a
-// path's time whatever the mesh's size; so many copies cost a millisecond and half a megabyte.
-inline constexpr std::size_t copied_triangles = 4096;
-
 struct Instance {
   int mesh = 0;
   math::Mat4 to_world{1.0f};  // affine; a negative determinant flips which side is the front as glTF demands
@@ -145,5 +140,20 @@ struct Scene {
   std::vector<std::string>
       warnings;  // one line each: what the file uses and Assay does not render, approximations
 };
+
+// A mesh whose instances have no more triangles together is copied for each of them: a ray that enters an
+// instance begins a tree of its own, which costs up to a fifth of a path's time whatever the mesh's size, and
+// so many copies cost a millisecond and half a megabyte.
+inline constexpr std::size_t copied_triangles = 4096;
+
+// How often the acceleration structure has each mesh: once for each instance of a mesh that is used once or
+// copied, else 0, where instances share it.
+inline std::vector<std::size_t> copies(const Scene& scene) {
+  std::vector<std::size_t> n(scene.meshes.size(), 0);
+  for (const Instance& i : scene.instances) ++n[static_cast<std::size_t>(i.mesh)];
+  for (std::size_t m = 0; m < n.size(); ++m)
+    if (n[m] > 1 && n[m] * scene.meshes[m].triangles.size() > copied_triangles) n[m] = 0;
+  return n;
+}
 
 }  // namespace scene
