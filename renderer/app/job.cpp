@@ -174,7 +174,7 @@ Result run(Options& options, Stage& stage, Console& console) {
   std::optional<integrator::Spread> spread;  // of the pilot's samples, two by two
   if (adaptive) {
     const image::Film data(film.width(), film.height(), replicates, image::Film::Holds::data);
-    spread.emplace(data, data);
+    spread = integrator::Spread{data, data};
   }
   std::optional<integrator::ReuseMap> reuse;  // from the pilot's first mark on; before, all do
   // The pilot has marks at a quarter and a half of it. With few replicates: the film as it was there, where
