@@ -7,9 +7,11 @@ namespace {
 
 [[gnu::constructor(101)]] void check_cpu() {
   __builtin_cpu_init();  // libgcc's own call of it may come later
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma")) return;
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"))
+    return;
   static const char text[] =
-      "this program is built for processors with AVX2, and this one has none: build it with -DASSAY_ISA=x86-64\n";
+      "this program is built for processors with AVX2, and this one has none: build it with "
+      "-DASSAY_ISA=x86-64\n";
   if (write(STDERR_FILENO, text, sizeof text - 1) < 0) {
   }
   _exit(2);

@@ -4,6 +4,7 @@
 
 #define GLM_FORCE_CTOR_INIT
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -52,7 +53,10 @@ inline float mean(const Vec3& v) { return (v.x + v.y + v.z) / 3; }
 inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
-inline bool is_black(const Vec3& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+inline bool is_black(const Vec3& v) {  // each 0 or -0, in integers, which is one jump
+  const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
+  return ((bits(v.x) | bits(v.y) | bits(v.z)) & 0x7fffffff) == 0;
+}
 inline float saturate(float x) { return x < 0 ? 0 : x > 1 ? 1 : x; }
 inline float mix(float a, float b, float t) { return a * (1 - t) + b * t; }
 inline Vec3 mix(const Vec3& a, const Vec3& b, float t) { return a * (1 - t) + b * t; }
