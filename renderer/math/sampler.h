@@ -171,7 +171,8 @@ class Sampler {
   enum class Kind { sobol, random };
 
   // x, y: pixel of the full image (not of a crop). index: of the sample within its replicate.
-  Sampler(Kind kind, std::uint32_t seed, int x, int y, int replicate, std::uint32_t index) : kind_(kind) {
+  Sampler(Kind kind, std::uint32_t seed, int x, int y, int replicate, std::uint32_t index)
+      : kind_(kind), index_(~index) {
     const std::uint64_t pixel = static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) |
                                 static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32;
     pixel_key_ = hash64(
@@ -235,7 +236,7 @@ class Sampler {
   static std::uint32_t high(std::uint64_t v) { return static_cast<std::uint32_t>(v >> 32); }
 
   Kind kind_;
-  std::uint32_t index_ = ~std::uint32_t{0};         // none: samples are numbered by int
+  std::uint32_t index_;  // at first another than set_index is given
   std::uint32_t reversed_index_ = 0, is_kept_ = 0;  // bits: which of kept_ are there
   std::uint64_t pixel_key_, key_;
   std::array<Hashes, 20> kept_;  // of the first groups, all that nine bounces need
