@@ -236,7 +236,7 @@ class Sampler {
   static std::uint32_t high(std::uint64_t v) { return static_cast<std::uint32_t>(v >> 32); }
 
   Kind kind_;
-  std::uint32_t index_;  // at first another than set_index is given
+  std::uint32_t index_;                             // at first another than set_index is given
   std::uint32_t reversed_index_ = 0, is_kept_ = 0;  // bits: which of kept_ are there
   std::uint64_t pixel_key_, key_;
   std::array<Hashes, 20> kept_;  // of the first groups, all that nine bounces need
