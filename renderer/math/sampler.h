@@ -58,8 +58,8 @@ inline Bits reverse_bits(Bits v) {
   const __m128i bytes = _mm_shuffle_epi8(std::bit_cast<__m128i>(v),
                                          _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
   const __m128i reversed = _mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15);
-  const __m128i four = _mm_set1_epi8(15);
-  const __m128i low = _mm_and_si128(bytes, four), high = _mm_and_si128(_mm_srli_epi16(bytes, 4), four);
+  const __m128i half = _mm_set1_epi8(15);
+  const __m128i low = _mm_and_si128(bytes, half), high = _mm_and_si128(_mm_srli_epi16(bytes, 4), half);
   return std::bit_cast<Bits>(
       _mm_or_si128(_mm_shuffle_epi8(_mm_slli_epi16(reversed, 4), low), _mm_shuffle_epi8(reversed, high)));
 }

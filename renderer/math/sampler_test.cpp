@@ -88,6 +88,21 @@ TEST(Sampler, TheSameArgumentsGiveTheSameNumbersInAnyOrder) {
   }
 }
 
+// Four at once may be done by shuffles, one by one by shifts.
+TEST(Sampler, BitsOfFourNumbersAreReversedAsThoseOfOne) {
+  std::uint64_t state = 1;
+  for (int i = 0; i < 1000; ++i) {
+    const std::uint64_t a = math::hash64(++state), b = math::hash64(++state);
+    const math::Bits four = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32),
+                             static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(b >> 32)};
+    const math::Bits reversed = math::reverse_bits(four);
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t one = four[k];
+      EXPECT_EQ(reversed[k], math::reverse_bits(one)) << std::hex << one;
+    }
+  }
+}
+
 // Group 19 is the last whose hashes are kept.
 TEST(Sampler, SetIndexIsANewSampler) {
   for (Kind kind : both) {
