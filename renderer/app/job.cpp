@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double save_interval_seconds = 5, pass_seconds = 2;
+constexpr double save_interval_seconds = 5, pass_seconds = 2, brief_seconds = 1;
 constexpr int fewest_for_pairs = 32;  // samples of a replicate: with fewer, adaptive sampling loses by them
 constexpr double film_bytes = 32;     // of one pixel in one replicate, image/film.h
 constexpr double noise_map_bytes = 100;  // of one pixel, integrator/adaptive.h: both maps and what makes them
@@ -28,11 +28,12 @@ volatile std::sig_atomic_t signal_received = 0;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // How many samples per pixel to add to `done`, of `total`. Doubling lets whoever stops early keep a whole,
-// only noisier, picture, and a few seconds are enough for one pass, so that a stop is quick; the result does
-// not depend on it.
+// only noisier, picture, and a few seconds are enough for one pass, so that a stop is quick. What nobody
+// could stop is done in one, for every pass has its cost. The result does not depend on it.
 double next_pass(double done, double total, double seconds, double seconds_left) {
-  const double affordable = std::min(pass_seconds, seconds_left) * done / std::max(seconds, 1e-6);
-  return std::min({done, affordable, total - done});
+  const double per_second = done / std::max(seconds, 1e-6), left = total - done;
+  if (left <= per_second * std::min(brief_seconds, seconds_left)) return left;
+  return std::min({done, per_second * std::min(pass_seconds, seconds_left), left});
 }
 
 // The picture's film and those of --layers lobes.

@@ -108,7 +108,6 @@ struct Renderer::Impl {
   std::unique_ptr<light::Lights> lights;
   std::unique_ptr<World> world;
   CameraRays camera;
-  math::BlackmanHarris blackman_harris;
   std::optional<tbb::global_control> more_threads;
   double build_seconds = 0;
   mutable std::atomic<std::uint64_t> rays{0};
@@ -185,8 +184,10 @@ struct Renderer::Impl {
         return u;
       case Filter::triangle:
         return .5f + math::sample_triangle_filter(u);
-      case Filter::blackman_harris:
-        return .5f + blackman_harris.sample(u);
+      case Filter::blackman_harris: {
+        static const math::BlackmanHarris table;  // takes milliseconds, as long as some pictures
+        return .5f + table.sample(u);
+      }
     }
     return u;
   }
