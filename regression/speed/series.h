@@ -2,7 +2,7 @@
 //
 //   {"name", "axis", "points": [{"x", "pixels", NAME: {"seconds": per pixel and sample, "build_seconds",
 //    "peak_mb", "cost": seconds x variance / mean^2}}]}
-//   {"batch_seconds", "single_seconds", "jobs", "whole": {NAME: seconds}}
+//   {"batch_seconds", "warm_seconds": of one job, "single_seconds", "jobs", "whole": {NAME: seconds}}
 #pragma once
 
 #include <nlohmann/json.hpp>
